@@ -6,6 +6,7 @@ mod cams;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod groove_walls;
 mod post_command;
 mod program_in_the_cell;
 mod programs_on_linuxcnc;

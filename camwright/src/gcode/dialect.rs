@@ -112,4 +112,9 @@ impl Dialect {
     pub fn shortest_block_s(self) -> f64 {
         60.0 / self.rules().feed.1
     }
+
+    /// The longest time that a block can be given (s).
+    pub(super) fn longest_block_s(self) -> f64 {
+        60.0 / self.rules().feed.0
+    }
 }

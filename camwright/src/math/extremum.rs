@@ -1,7 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! The smallest value of a function over one turn: a dense grid, then golden section around the best places.
 
-use crate::math::units::TURN_RAD;
+use crate::math::units::{TURN_RAD, wrap_period};
 use alloc::vec::Vec;
 
 /// A value and the angle at which it occurs.
@@ -25,14 +25,19 @@ const BESIDE_RAD: f64 = 1e-9;
 ///
 /// `count` must be at least 3 for a grid to exist; fewer are taken as 3.
 pub fn smallest_over_turn(count: usize, breaks: &[f64], function: impl Fn(f64) -> f64) -> Extremum {
+    smallest_over_period(TURN_RAD, count, breaks, function)
+}
+
+/// The same over a period of the function.
+pub fn smallest_over_period(period_rad: f64, count: usize, breaks: &[f64], function: impl Fn(f64) -> f64) -> Extremum {
     let count = count.max(3);
-    let at = |i: usize| i as f64 * TURN_RAD / count as f64;
+    let at = |i: usize| i as f64 * period_rad / count as f64;
     let values: Vec<f64> = (0..count).map(|i| function(at(i))).collect();
     let mut best = Extremum { angle_rad: 0.0, value: values[0] };
     let mut consider = |angle_rad: f64, value: f64| {
         // A value that is not a number is worse than any: it must not hide.
         if value < best.value || (value.is_nan() && !best.value.is_nan()) {
-            best = Extremum { angle_rad: crate::math::units::wrap_turn(angle_rad), value };
+            best = Extremum { angle_rad: wrap_period(angle_rad, period_rad), value };
         }
     };
     let mut local: Vec<usize> = Vec::new();

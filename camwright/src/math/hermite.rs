@@ -122,6 +122,28 @@ impl HermiteSpline {
         quintic(&self.knots[right - 1], &self.knots[right], at)
     }
 
+    /// The same with a constant added.
+    #[must_use]
+    pub fn raised(&self, by: f64) -> Self {
+        Self { knots: self.knots.iter().map(|knot| Knot { value: knot.value + by, ..*knot }).collect() }
+    }
+
+    /// Control points of all its pieces, as quintics of Bernstein: it lies within their hull.
+    pub fn control_points(&self) -> impl Iterator<Item = f64> + '_ {
+        self.knots.windows(2).flat_map(|pair| {
+            let (left, right) = (pair[0], pair[1]);
+            let h = right.at - left.at;
+            [
+                left.value,
+                left.value + 0.2 * h * left.first,
+                left.value + 0.4 * h * left.first + 0.05 * h * h * left.second,
+                right.value - 0.4 * h * right.first + 0.05 * h * h * right.second,
+                right.value - 0.2 * h * right.first,
+                right.value,
+            ]
+        })
+    }
+
     /// Abscissa at which a non-decreasing spline has a value, by bisection.
     #[must_use]
     pub fn place_of(&self, value: f64) -> f64 {

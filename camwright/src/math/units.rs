@@ -42,9 +42,15 @@ pub fn rpm_from_rad_s(rad_s: f64) -> f64 {
 /// Wraps an angle into `[0, 2 pi)`.
 #[must_use]
 pub fn wrap_turn(rad: f64) -> f64 {
-    let wrapped = rad - TURN_RAD * libm::floor(rad / TURN_RAD);
-    // A tiny negative angle rounds up to a whole turn, which is the same place as zero.
-    if wrapped >= TURN_RAD { 0.0 } else { wrapped }
+    wrap_period(rad, TURN_RAD)
+}
+
+/// Wraps an angle into `[0, period)`; the period is positive.
+#[must_use]
+pub fn wrap_period(rad: f64, period_rad: f64) -> f64 {
+    let wrapped = rad - period_rad * libm::floor(rad / period_rad);
+    // A tiny negative angle rounds up to a whole period, which is the same place as zero.
+    if wrapped >= period_rad { 0.0 } else { wrapped }
 }
 
 /// A value as a whole number of units of its last decimal place, as controls count it: 1.25 with three decimals is 1250. Half a unit goes

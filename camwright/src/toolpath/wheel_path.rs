@@ -136,11 +136,11 @@ pub struct ToolPath {
 const KNOTS: (usize, usize) = (360, 23_040);
 
 /// Error of X between knots at which no more are added (mm).
-const WANTED_ERROR_MM: f64 = 1e-9;
+pub(crate) const WANTED_ERROR_MM: f64 = 1e-9;
 
 /// Error of X between knots that is still accepted with the most knots (mm): a tenth of the finest encoder count in use.
 /// Only laws whose acceleration jumps (harmonic beside a dwell) come near it.
-const ALLOWED_ERROR_MM: f64 = 1e-6;
+pub(crate) const ALLOWED_ERROR_MM: f64 = 1e-6;
 
 /// Distance of the ground points from the contour that is accepted (mm).
 pub(crate) const CONTOUR_ERROR_MM: f64 = 2e-6;

@@ -170,7 +170,7 @@ fn segments_that_make_no_lift_are_refused() {
     use MotionLaw::{ConstantVelocity, Cycloidal, Dwell};
     assert_eq!(make(&[]), ProgramError::SegmentCount { count: 0, max: 1000 });
     assert!(
-        matches!(make(&[(Dwell, half, 0.0)]), ProgramError::AngleSpan { covered_deg } if (covered_deg - 180.0).abs() < 1e-9)
+        matches!(make(&[(Dwell, half, 0.0)]), ProgramError::AngleSpan { covered_deg, turns: 1 } if (covered_deg - 180.0).abs() < 1e-9)
     );
     assert!(matches!(
         make(&[(Cycloidal, half, 3.0), (Cycloidal, half, -2.0)]),

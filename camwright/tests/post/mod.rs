@@ -56,10 +56,10 @@ fn groove_path(infeed: CarriageAxis) -> CutterPath {
         PeriodicSpline::interpolate(&values).expect("a spline")
     };
     let travels = match infeed {
-        CarriageAxis::Z => vec![Travel { axis: CarriageAxis::X, position: wave(40.0, 6.0, 2.0) }],
+        CarriageAxis::Z => vec![Travel { axis: CarriageAxis::X, position: wave(40.0, 6.0, 2.0).into() }],
         _ => vec![
-            Travel { axis: CarriageAxis::Y, position: wave(0.0, 0.8, 3.0) },
-            Travel { axis: CarriageAxis::Z, position: wave(30.0, 9.0, 2.0) },
+            Travel { axis: CarriageAxis::Y, position: wave(0.0, 0.8, 3.0).into() },
+            Travel { axis: CarriageAxis::Z, position: wave(30.0, 9.0, 2.0).into() },
         ],
     };
     CutterPath { name: "inner wall".into(), travels, infeed }

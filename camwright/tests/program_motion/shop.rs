@@ -49,7 +49,7 @@ impl Part {
         let x = |theta: f64| e * theta.cos() + (l * l - e * e * theta.sin() * theta.sin()).sqrt();
         let values: Vec<f64> = (0..720).map(|i| x(f64::from(i) * TURN_RAD / 720.0)).collect();
         let position = PeriodicSpline::interpolate(&values).expect("a spline");
-        let travels = vec![Travel { axis: CarriageAxis::X, position }];
+        let travels = vec![Travel { axis: CarriageAxis::X, position: position.into() }];
         Self { name: "eccentric", path: CutterPath { name: "contour".into(), travels, infeed: CarriageAxis::X } }
     }
 

@@ -6,6 +6,7 @@ mod bore;
 mod crank_pin;
 mod cutter_path;
 mod groove_barrel;
+mod groove_course;
 mod groove_plate;
 mod insert_clearance;
 mod insert_path;

@@ -19,12 +19,31 @@ pub(crate) struct LiftContext<'a> {
     pub follower: Option<(Follower, f64)>,
     /// Profiles that stand before it in the file.
     pub before: &'a [ProfileSpec],
+    /// Of a groove; `None` of a profile.
+    pub groove: Option<GrooveContext>,
+}
+
+/// Particulars of the lift of a groove.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GrooveContext {
+    /// Turns of the part over which the lift runs.
+    pub turns: u32,
+    /// Arc of a degree of the turret (mm); `None` for a roller on a slide.
+    pub mm_per_deg: Option<f64>,
 }
 
 impl LiftContext<'_> {
     /// Arc of a degree of the follower's arm (mm); `None` for a follower on a slide.
     pub(super) fn mm_per_deg(&self) -> Option<f64> {
-        mm_per_deg(self.follower?.0)
+        match self.groove {
+            Some(groove) => groove.mm_per_deg,
+            None => mm_per_deg(self.follower?.0),
+        }
+    }
+
+    /// Turns of the part over which the lift runs.
+    pub(super) fn turns(&self) -> u32 {
+        self.groove.map_or(1, |groove| groove.turns)
     }
 
     pub(super) fn key(&self, name: &str) -> String {
@@ -37,7 +56,8 @@ impl LiftContext<'_> {
 
     /// A refusal of the value at a key of the lift; of the lift itself where the key is empty.
     pub(super) fn refuse(&self, name: &str, message: impl std::fmt::Display) -> Vec<ConfigError> {
-        let profile = if self.name.is_empty() { String::new() } else { format!("profile {}: ", self.name) };
+        let kind = if self.groove.is_some() { "groove" } else { "profile" };
+        let profile = if self.name.is_empty() { String::new() } else { format!("{kind} {}: ", self.name) };
         vec![self.document.error(&self.key(name), format!("{profile}{message}"))]
     }
 }

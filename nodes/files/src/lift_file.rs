@@ -24,7 +24,7 @@ use camwright::cam::lift::halves::{check_flank, whole_turn};
 use camwright::cam::lift::law::alternatives;
 use camwright::cam::lift::uneven::{evenly_spaced, with_base_circle};
 use camwright::cam::lift::{
-    LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable, TableMethod, TableReading,
+    LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, TableMethod, TableReading,
 };
 use camwright::cam::outline::fit::FittedOutline;
 use camwright::math::units::mm_from_um;
@@ -184,6 +184,37 @@ pub(super) fn read(
     profile: LiftContext<'_>,
     files: &mut JobFiles,
 ) -> Result<ProfileLift, Vec<ConfigError>> {
+    check_sources(file, &profile)?;
+    if profile.turns() > 1 && file.segments.is_none() {
+        let message = format!(
+            "turns is {}; a lift over several turns is stated by segments, every other lift is that of one turn",
+            profile.turns()
+        );
+        return Err(profile.refuse("", message));
+    }
+    if let Some(formula) = read_formula(file, &profile) {
+        return formula;
+    }
+    let mut found = |key: &str, name: &str| -> Result<Located, Vec<ConfigError>> {
+        let located = (profile.document.locate("lifts", name, "csv"))
+            .map_err(|error| vec![profile.document.error(&profile.key(key), error.to_string())])?;
+        files.add("lifts", name, located.text.as_bytes());
+        Ok(located)
+    };
+    let source = match (&file.table, &file.half_table, &file.closing_table, &file.opening_table) {
+        (Some(table), ..) => LiftSource::Whole(found("table", table)?),
+        (_, Some(half), ..) => LiftSource::Half(found("half_table", half)?),
+        (_, _, Some(closing), Some(opening)) => {
+            LiftSource::Halves { closing: found("closing_table", closing)?, opening: found("opening_table", opening)? }
+        }
+        (.., None, _) => return Err(profile.refuse("opening_table", "opening_table needs a closing_table")),
+        (.., None) => return Err(profile.refuse("closing_table", "closing_table needs an opening_table")),
+    };
+    read_table(file, &profile, &source)
+}
+
+/// Refuses a lift with no source or several, and keys that mean nothing for the one it has.
+fn check_sources(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Vec<ConfigError>> {
     let halves = file.opening_table.is_some() || file.closing_table.is_some();
     let is_round = file.round.unwrap_or(false);
     let sources = [
@@ -204,26 +235,25 @@ pub(super) fn read(
                        outline, polygon, s_cam, conjugate_of, round: true";
         return Err(profile.refuse("", message));
     }
-    refuse_misplaced(file, &profile)?;
-    if let Some(formula) = read_formula(file, &profile) {
-        return formula;
+    refuse_misplaced(file, profile)
+}
+
+/// Reads the lift of an open groove, which segments alone can state.
+///
+/// # Errors
+/// Another source; segments that are no motion from one end to the other.
+pub(super) fn read_open(file: &LiftFile, groove: LiftContext<'_>) -> Result<MotionProgram, Vec<ConfigError>> {
+    check_sources(file, &groove)?;
+    let Some(segments) = &file.segments else {
+        return Err(groove.refuse("", "the lift of an open groove is stated by segments; every other lift closes"));
+    };
+    if let Some(start_deg) = file.start_deg {
+        let message = format!(
+            "start_deg is {start_deg}; an open groove begins with its first segment, and phase_deg of the groove turns it"
+        );
+        return Err(groove.refuse("start_deg", message));
     }
-    let mut found = |key: &str, name: &str| -> Result<Located, Vec<ConfigError>> {
-        let located = (profile.document.locate("lifts", name, "csv"))
-            .map_err(|error| vec![profile.document.error(&profile.key(key), error.to_string())])?;
-        files.add("lifts", name, located.text.as_bytes());
-        Ok(located)
-    };
-    let source = match (&file.table, &file.half_table, &file.closing_table, &file.opening_table) {
-        (Some(table), ..) => LiftSource::Whole(found("table", table)?),
-        (_, Some(half), ..) => LiftSource::Half(found("half_table", half)?),
-        (_, _, Some(closing), Some(opening)) => {
-            LiftSource::Halves { closing: found("closing_table", closing)?, opening: found("opening_table", opening)? }
-        }
-        (.., None, _) => return Err(profile.refuse("opening_table", "opening_table needs a closing_table")),
-        (.., None) => return Err(profile.refuse("closing_table", "closing_table needs an opening_table")),
-    };
-    read_table(file, &profile, &source)
+    lift_formula::open_program(segments, file.lowest_lift_mm.unwrap_or(0.0), file.repeat.unwrap_or(1), &groove)
 }
 
 /// A lift that is no table.
@@ -606,7 +636,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     let file: LiftFile = schema::read(&document)?;
     read(
         &file,
-        LiftContext { document: &document, key: "", name: "", follower: None, before: &[] },
+        LiftContext { document: &document, key: "", name: "", follower: None, before: &[], groove: None },
         &mut JobFiles::from_document(&document),
     )
 }

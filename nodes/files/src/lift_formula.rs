@@ -26,13 +26,13 @@ pub(super) struct SegmentFile {
     /// Motion law of the segment.
     #[schemars(schema_with = "motion_law")]
     law: String,
-    /// Cam angle of the segment; all segments together make a turn.
-    #[schemars(range(min = 1e-6, max = 360.0))]
+    /// Cam angle of the segment; all segments together make a turn, in a groove as many as its `turns`.
+    #[schemars(range(min = 1e-6, max = 18000.0))]
     angle_deg: f64,
-    /// Change of the lift; all segments together make 0. Default: 0.
+    /// Change of the lift; all segments together make 0, except in an open groove. Default: 0.
     #[schemars(range(min = -1e4, max = 1e4))]
     rise_mm: Option<f64>,
-    /// Change of the angle of an oscillating follower, instead of `rise_mm`.
+    /// Change of the angle of an oscillating follower or of a turret, instead of `rise_mm`.
     #[schemars(range(min = -360.0, max = 360.0))]
     rise_deg: Option<f64>,
 }
@@ -115,7 +115,7 @@ pub(super) struct SCamFile {
 /// Most segments of a turn, repeats counted.
 const MAX_SEGMENTS: usize = 1000;
 
-/// Motion laws one after the other.
+/// Motion laws one after the other, over one turn or over those of a groove.
 pub(super) fn program(
     segments: &[SegmentFile],
     lowest_mm: f64,
@@ -123,6 +123,30 @@ pub(super) fn program(
     repeat: usize,
     profile: &LiftContext<'_>,
 ) -> Result<LiftLaw, Vec<ConfigError>> {
+    let turn = repeated(segments, repeat, profile)?;
+    let program = MotionProgram::over_turns(profile.turns(), lowest_mm, rad_from_deg(start_deg), &turn)
+        .map_err(|error| refuse_program(&error, segments.len(), profile))?;
+    LiftLaw::from_program(program).map_err(|error| profile.refuse("segments", error))
+}
+
+/// Motion laws one after the other from one end of an open groove to the other.
+pub(super) fn open_program(
+    segments: &[SegmentFile],
+    lowest_mm: f64,
+    repeat: usize,
+    profile: &LiftContext<'_>,
+) -> Result<MotionProgram, Vec<ConfigError>> {
+    let all = repeated(segments, repeat, profile)?;
+    MotionProgram::open(profile.turns(), lowest_mm, &all)
+        .map_err(|error| refuse_program(&error, segments.len(), profile))
+}
+
+/// Segments as often as they repeat.
+fn repeated(
+    segments: &[SegmentFile],
+    repeat: usize,
+    profile: &LiftContext<'_>,
+) -> Result<Vec<MotionSegment>, Vec<ConfigError>> {
     let mut errors = Vec::new();
     let mut known = Vec::new();
     for (index, segment) in segments.iter().enumerate() {
@@ -143,17 +167,19 @@ pub(super) fn program(
         let message = format!("repeat is {repeat} with {count} segments; a turn has at most {MAX_SEGMENTS} segments");
         return Err(profile.refuse("repeat", message));
     }
-    let turn: Vec<MotionSegment> = core::iter::repeat_n(&known, repeat).flatten().copied().collect();
-    let program = MotionProgram::above(lowest_mm, rad_from_deg(start_deg), &turn).map_err(|error| {
-        let place = |number: usize| format!("segments.{}", (number - 1) % known.len());
-        let key = segment_of(&error).map_or("segments".to_owned(), place);
-        let pocket = match error {
-            ProgramError::BelowBase { .. } => "; `lowest_lift_mm` allows lifts below the base circle",
-            _ => "",
-        };
-        profile.refuse(&key, format!("{error}{pocket}"))
-    })?;
-    LiftLaw::from_program(program).map_err(|error| profile.refuse("segments", error))
+    Ok(core::iter::repeat_n(&known, repeat).flatten().copied().collect())
+}
+
+/// A refusal of so many segments at the one at fault.
+fn refuse_program(error: &ProgramError, segments: usize, profile: &LiftContext<'_>) -> Vec<ConfigError> {
+    let place = |number: usize| format!("segments.{}", (number - 1) % segments.max(1));
+    let key = segment_of(error).map_or("segments".to_owned(), place);
+    let hint = match error {
+        ProgramError::BelowBase { .. } => "; `lowest_lift_mm` allows lifts below the base circle",
+        ProgramError::Misclosure { .. } if profile.groove.is_some() => "; `open: true` is for a groove with two ends",
+        _ => "",
+    };
+    profile.refuse(&key, format!("{error}{hint}"))
 }
 
 /// Number of the segment at fault, from 1.
@@ -162,9 +188,13 @@ fn segment_of(error: &ProgramError) -> Option<usize> {
         ProgramError::BadNumber { segment, .. }
         | ProgramError::DwellRises { segment, .. }
         | ProgramError::BelowBase { segment, .. }
+        | ProgramError::MovesAtEnd { segment, .. }
         | ProgramError::VelocityJump { segment, .. }
         | ProgramError::AccelerationJump { segment, .. } => Some(segment.max(1)),
-        ProgramError::SegmentCount { .. } | ProgramError::AngleSpan { .. } | ProgramError::Misclosure { .. } => None,
+        ProgramError::SegmentCount { .. }
+        | ProgramError::AngleSpan { .. }
+        | ProgramError::TurnCount { .. }
+        | ProgramError::Misclosure { .. } => None,
     }
 }
 

@@ -47,6 +47,8 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/eccentric_disc.yaml", include_str!("../../../params/jobs/eccentric_disc.yaml")),
     ("jobs/plate_groove.yaml", include_str!("../../../params/jobs/plate_groove.yaml")),
     ("jobs/barrel_groove.yaml", include_str!("../../../params/jobs/barrel_groove.yaml")),
+    ("jobs/barrel_indexer.yaml", include_str!("../../../params/jobs/barrel_indexer.yaml")),
+    ("jobs/level_wind.yaml", include_str!("../../../params/jobs/level_wind.yaml")),
     ("jobs/turned_cam.yaml", include_str!("../../../params/jobs/turned_cam.yaml")),
     ("studies/speed_and_infeed.yaml", include_str!("../../../params/studies/speed_and_infeed.yaml")),
     ("studies/drive_mismatch.yaml", include_str!("../../../params/studies/drive_mismatch.yaml")),

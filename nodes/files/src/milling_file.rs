@@ -14,9 +14,12 @@ use super::schema;
 use super::yaml::Document;
 use camwright::cam::contour::Contour;
 use camwright::job::grinding::ProfileSpec;
-use camwright::job::milling::{CutsWith, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool};
+use camwright::job::milling::{
+    CutsWith, GrooveKind, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool,
+};
 use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::groove::Coverage;
+use camwright::toolpath::groove::rib::PlacedGroove;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -133,7 +136,7 @@ struct PassFile {
     /// Tolerance of the program.
     #[schemars(range(min = 1e-3, max = 1000.0))]
     tolerance_um: f64,
-    /// Turns at each depth.
+    /// Turns at each depth; along a groove of several turns or with two ends, runs along the whole groove.
     #[schemars(range(min = 1, max = 100))]
     #[serde(default = "first")]
     turns: u32,
@@ -329,13 +332,55 @@ fn grooves(
                     })
                 });
                 findings.extend(fits.err());
+                findings.extend(ends_beyond(document, file, index, &groove).err());
                 lifts.extend(lift.map(|lift| (groove.name.clone(), lift)));
                 grooves.push(groove);
             }
             Err(errors) => findings.extend(errors),
         }
     }
+    if findings.is_empty() {
+        findings.extend(ribs(document, &grooves).err());
+    }
     if findings.is_empty() { Ok(grooves) } else { Err(findings) }
+}
+
+/// The ends of an open groove lie beyond the end faces, by the roller and the clearance of the mill.
+fn ends_beyond(
+    document: &Document,
+    file: &MillingFile,
+    index: usize,
+    groove: &MilledGroove,
+) -> Result<(), ConfigError> {
+    let GrooveKind::Barrel { groove: walls, .. } = &groove.kind else { return Ok(()) };
+    walls.check_ends(file.clearance_mm).map_err(|error| {
+        let message = format!("groove {}: {error} (the radius of the roller and clearance_mm)", groove.name);
+        document.error(&format!("grooves.{index}.open"), message)
+    })
+}
+
+/// Ribs remain between two grooves round a cylinder, and every roller of a turret has a groove.
+fn ribs(document: &Document, grooves: &[MilledGroove]) -> Result<(), ConfigError> {
+    let placed = grooves.iter().enumerate().filter_map(|(index, groove)| match &groove.kind {
+        GrooveKind::Barrel { groove: walls, z_mm, .. } => {
+            let (name, phase_rad) = (groove.name.as_str(), groove.phase_rad);
+            Some((index, PlacedGroove { name, groove: walls, z_mm: *z_mm, phase_rad }))
+        }
+        GrooveKind::Plate { .. } => None,
+    });
+    let placed: Vec<_> = placed.collect();
+    let all: Vec<PlacedGroove<'_>> = placed.iter().map(|(_, groove)| *groove).collect();
+    for (at, (index, groove)) in placed.iter().enumerate() {
+        for (_, before) in &placed[..at] {
+            groove
+                .check_rib_beside(before)
+                .map_err(|error| document.error(&format!("grooves.{index}.z_mm"), error.to_string()))?;
+        }
+        groove.check_rollers(&all).map_err(|error| {
+            document.error(&format!("grooves.{index}.turret"), format!("groove {}: {error}", groove.name))
+        })?;
+    }
+    Ok(())
 }
 
 /// A job has one mill, whose axis lies one way.

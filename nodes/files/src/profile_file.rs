@@ -54,7 +54,7 @@ impl ProfileFile {
     ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
         let given = self.follower.as_ref().map(FollowerFile::follower).zip(self.base_radius_mm);
         let key = format!("{list}.{index}.lift");
-        let of = LiftContext { document, key: &key, name: &self.name, follower: given, before };
+        let of = LiftContext { document, key: &key, name: &self.name, follower: given, before, groove: None };
         let lift = lift_file::read(&self.lift, of, files)?;
         let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
             vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]

@@ -34,6 +34,9 @@ pub enum LiftLawError {
     /// Segments that make no lift.
     #[error(transparent)]
     Program(#[from] ProgramError),
+    /// A program that does not close.
+    #[error("a lift law closes after its turns; these segments have two ends")]
+    HasEnds,
     /// A number of a formula is out of its range.
     #[error("{what} is {value}, it must be {bound}")]
     BadNumber {
@@ -145,11 +148,15 @@ impl LiftLaw {
         Ok(law)
     }
 
-    /// Motion laws one after the other, evaluated exactly.
+    /// Motion laws one after the other, evaluated exactly. A program over several turns is read over its share of them: one turn of the law
+    /// is all of them.
     ///
     /// # Errors
-    /// A blend that falls below the lowest lift of the program between its ends.
+    /// A blend that falls below the lowest lift of the program between its ends; a program with two ends.
     pub fn from_program(program: MotionProgram) -> Result<Self, LiftLawError> {
+        if program.is_open() {
+            return Err(LiftLawError::HasEnds);
+        }
         let below_base_mm = BELOW_BASE_MM - program.lowest_mm();
         Self::new(LawShape::Program(program), below_base_mm)
     }
@@ -255,7 +262,8 @@ impl LiftLaw {
         match &self.shape {
             LawShape::Spline(spline) => spline.sample(angle_rad),
             LawShape::Cubic(spline) => spline.sample(angle_rad),
-            LawShape::Program(program) => program.sample(angle_rad),
+            LawShape::Program(program) if program.turns() == 1 => program.sample(angle_rad),
+            LawShape::Program(program) => stretched(program, angle_rad),
             LawShape::Outline(outline) => outline.sample(angle_rad),
             LawShape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
                 let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
@@ -326,7 +334,9 @@ impl LiftLaw {
     #[must_use]
     pub fn breaks(&self) -> Vec<f64> {
         match &self.shape {
-            LawShape::Program(program) => program.joints().collect(),
+            LawShape::Program(program) => {
+                program.joints().map(|joint_rad| joint_rad / f64::from(program.turns())).collect()
+            }
             LawShape::Outline(outline) => outline.breaks(),
             LawShape::Cubic(spline) => {
                 (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
@@ -347,8 +357,21 @@ impl LiftLaw {
             LawShape::Cubic(spline) => (2 * spline.knots()).max(MIN_STEPS),
             LawShape::Outline(outline) => outline.grid(),
             LawShape::Conjugate { of, .. } => of.grid(),
+            LawShape::Program(program) => MIN_STEPS * usize::try_from(program.turns()).unwrap_or(1),
             _ => MIN_STEPS,
         }
+    }
+}
+
+/// A program over several turns, read over its share of them.
+fn stretched(program: &MotionProgram, angle_rad: f64) -> Sample {
+    let turns = f64::from(program.turns());
+    let sample = program.sample(turns * angle_rad);
+    Sample {
+        value: sample.value,
+        first: turns * sample.first,
+        second: turns * turns * sample.second,
+        third: turns * turns * turns * sample.third,
     }
 }
 

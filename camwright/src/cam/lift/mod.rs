@@ -24,7 +24,7 @@ mod warning;
 pub use declaration::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow};
 pub use error::LiftError;
 pub use law::{LiftLaw, LiftLawError};
-pub use program::{MotionProgram, MotionSegment, ProgramError};
+pub use program::{MAX_PROGRAM_TURNS, MotionProgram, MotionSegment, ProgramError};
 pub use reading::{TableMethod, TableReading};
 pub use table::LiftTable;
 pub use warning::LiftWarning;

@@ -1,10 +1,10 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
-//! A lift put together from motion laws, segment by segment over one turn.
+//! A lift put together from motion laws, segment by segment over one turn or over several.
 
 use super::error::LowestLift;
 use crate::cam::motion_law::MotionLaw;
 use crate::math::hermite::Sample;
-use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_period};
 use alloc::vec::Vec;
 use thiserror::Error;
 
@@ -41,15 +41,22 @@ pub enum ProgramError {
         /// Its rise (mm).
         rise_mm: f64,
     },
-    /// The angles are not one turn.
-    #[error("the segments cover {covered_deg:.6} deg, one turn is 360 deg")]
+    /// The angles are not all turns.
+    #[error("the segments cover {covered_deg:.6} deg, {}", TurnsOf(*.turns))]
     AngleSpan {
         /// Sum of the angles (deg).
         covered_deg: f64,
+        /// Turns that they must cover.
+        turns: u32,
     },
-    /// The lift after one turn is not the lift before.
-    #[error("after one turn {misclosure_mm:.9} mm of lift remain; allowed: {bound_mm:e} mm")]
+    /// A number of turns that is none.
+    #[error("a motion program runs over {turns} turns; 1 to {max} are allowed")]
+    TurnCount { turns: u32, max: u32 },
+    /// The lift after all turns is not the lift before.
+    #[error("after {} {misclosure_mm:.9} mm of lift remain; allowed: {bound_mm:e} mm", AfterTurns(*.turns))]
     Misclosure {
+        /// Turns of the program.
+        turns: u32,
         /// Remaining lift (mm).
         misclosure_mm: f64,
         /// Allowed (mm).
@@ -64,6 +71,23 @@ pub enum ProgramError {
         lift_mm: f64,
         /// Lowest lift (mm); 0 is the base circle.
         lowest_mm: f64,
+    },
+    /// An open program that does not rest at an end.
+    #[error(
+        "segment {segment} ({law}) {end} with {velocity_mm_rad:.6} mm/rad and {acceleration_mm_rad2:.6} mm/rad2; the lift of an open groove \
+         rests at both ends: a dwell there, or a law between dwells"
+    )]
+    MovesAtEnd {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Name of its law.
+        law: &'static str,
+        /// `begins` or `ends`.
+        end: &'static str,
+        /// Velocity there (mm/rad).
+        velocity_mm_rad: f64,
+        /// Acceleration there (mm/rad²).
+        acceleration_mm_rad2: f64,
     },
     /// Two segments meet with different velocities.
     #[error(
@@ -98,8 +122,35 @@ pub enum ProgramError {
     },
 }
 
+/// Length of all turns, for a message.
+struct TurnsOf(u32);
+
+impl core::fmt::Display for TurnsOf {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            1 => f.write_str("one turn is 360 deg"),
+            turns => write!(f, "{turns} turns are {} deg", 360 * u64::from(turns)),
+        }
+    }
+}
+
+/// Number of turns, for a message.
+struct AfterTurns(u32);
+
+impl core::fmt::Display for AfterTurns {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            1 => f.write_str("one turn"),
+            turns => write!(f, "{turns} turns"),
+        }
+    }
+}
+
 /// Most segments of a program.
 const MAX_SEGMENTS: usize = 1000;
+
+/// Most turns of a program.
+pub const MAX_PROGRAM_TURNS: u32 = 50;
 
 /// Sums of decimal figures of people may be off by this much (rad, mm) and still mean what they say.
 const CLOSURE: f64 = 1e-9;
@@ -107,11 +158,14 @@ const CLOSURE: f64 = 1e-9;
 /// Accelerations that meet may differ by this share of the largest of the two segments: blends are solved to some 1e-12.
 const ACCELERATION_CLOSURE: f64 = 1e-8;
 
-/// Lift over one turn as a chain of motion laws. Its velocity and acceleration are continuous; its jerk is finite.
+/// Lift as a chain of motion laws, over one turn or several. Its velocity and acceleration are continuous; its jerk is finite. It closes and
+/// repeats, or it has two ends at which it rests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionProgram {
     start_rad: f64,
     lowest_mm: f64,
+    turns: u32,
+    is_open: bool,
     pieces: Vec<PlacedSegment>,
 }
 
@@ -148,6 +202,40 @@ impl MotionProgram {
     /// # Errors
     /// See [`MotionProgram::new`]; a lowest lift above 0.
     pub fn above(lowest_mm: f64, start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
+        Self::build((1, false), lowest_mm, start_rad, segments)
+    }
+
+    /// The same over so many turns, after which it closes.
+    ///
+    /// # Errors
+    /// See [`MotionProgram::above`]; no turns, or too many.
+    pub fn over_turns(
+        turns: u32,
+        lowest_mm: f64,
+        start_rad: f64,
+        segments: &[MotionSegment],
+    ) -> Result<Self, ProgramError> {
+        Self::build((turns, false), lowest_mm, start_rad, segments)
+    }
+
+    /// A program over so many turns that begins at angle 0 with lift 0 and ends with another lift. It rests before its first segment and
+    /// after its last one.
+    ///
+    /// # Errors
+    /// See [`MotionProgram::over_turns`]; a first or last segment that is not at rest where it begins or ends.
+    pub fn open(turns: u32, lowest_mm: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
+        Self::build((turns, true), lowest_mm, 0.0, segments)
+    }
+
+    fn build(
+        (turns, is_open): (u32, bool),
+        lowest_mm: f64,
+        start_rad: f64,
+        segments: &[MotionSegment],
+    ) -> Result<Self, ProgramError> {
+        if !(1..=MAX_PROGRAM_TURNS).contains(&turns) {
+            return Err(ProgramError::TurnCount { turns, max: MAX_PROGRAM_TURNS });
+        }
         if !lowest_mm.is_finite() || lowest_mm > 0.0 {
             return Err(ProgramError::BadNumber { segment: 1, what: "the lowest lift", value: lowest_mm });
         }
@@ -183,23 +271,30 @@ impl MotionProgram {
                 return Err(ProgramError::BelowBase { segment: number, lift_mm: lift, lowest_mm });
             }
         }
-        if (angle - TURN_RAD).abs() > CLOSURE {
-            return Err(ProgramError::AngleSpan { covered_deg: deg_from_rad(angle) });
+        if (angle - f64::from(turns) * TURN_RAD).abs() > CLOSURE {
+            return Err(ProgramError::AngleSpan { covered_deg: deg_from_rad(angle), turns });
         }
-        if lift.abs() > CLOSURE {
-            return Err(ProgramError::Misclosure { misclosure_mm: lift, bound_mm: CLOSURE });
+        if lift.abs() > CLOSURE && !is_open {
+            return Err(ProgramError::Misclosure { turns, misclosure_mm: lift, bound_mm: CLOSURE });
         }
+        // The neighbours of the first and of the last segment of an open program are dwells.
+        let has_before = |i: usize| !is_open || i > 0;
+        let has_after = |i: usize| !is_open || i + 1 < segments.len();
         let fixed = pieces.clone();
         for (i, piece) in pieces.iter_mut().enumerate() {
             let SegmentShape::Law { law, rise_mm } = piece.shape else { continue };
             if law.is_blend() {
                 let before = &fixed[(i + fixed.len() - 1) % fixed.len()];
                 let after = &fixed[(i + 1) % fixed.len()];
-                let (before, after) = (before.brings(before.length_rad), after.brings(0.0));
+                let before = if has_before(i) { before.brings(before.length_rad) } else { Sample::default() };
+                let after = if has_after(i) { after.brings(0.0) } else { Sample::default() };
                 piece.shape = SegmentShape::Polynomial(blend(law, piece.length_rad, rise_mm, before, after));
             }
         }
-        for i in 0..pieces.len() {
+        if is_open {
+            Self::check_ends(&pieces, segments)?;
+        }
+        for i in (0..pieces.len()).filter(|i| has_before(*i)) {
             let before = &pieces[(i + pieces.len() - 1) % pieces.len()];
             let (ends, begins) = (before.sample(before.length_rad).first, pieces[i].sample(0.0).first);
             if (ends - begins).abs() > CLOSURE * (1.0 + ends.abs()) {
@@ -207,7 +302,7 @@ impl MotionProgram {
                 return Err(ProgramError::VelocityJump { segment: i + 1, ends_mm_rad, begins_mm_rad });
             }
         }
-        for i in 0..pieces.len() {
+        for i in (0..pieces.len()).filter(|i| has_before(*i)) {
             let earlier = (i + pieces.len() - 1) % pieces.len();
             let (before, piece) = (&pieces[earlier], &pieces[i]);
             let (ends_mm_rad2, begins_mm_rad2) = (before.sample(before.length_rad).second, piece.sample(0.0).second);
@@ -218,7 +313,46 @@ impl MotionProgram {
                 return Err(ProgramError::AccelerationJump { segment, law, law_before, ends_mm_rad2, begins_mm_rad2 });
             }
         }
-        Ok(Self { start_rad, lowest_mm, pieces })
+        Ok(Self { start_rad, lowest_mm, turns, is_open, pieces })
+    }
+
+    /// Refuses an open program that moves at one of its ends.
+    fn check_ends(pieces: &[PlacedSegment], segments: &[MotionSegment]) -> Result<(), ProgramError> {
+        let ends = [(0, 0.0), (pieces.len() - 1, 1.0)];
+        for (index, share) in ends {
+            let piece = &pieces[index];
+            let there = piece.sample(share * piece.length_rad);
+            let law = segments[index].law.name();
+            let closes = there.first.abs() <= CLOSURE;
+            if !closes || there.second.abs() > ACCELERATION_CLOSURE * (1.0 + piece.largest_acceleration()) {
+                return Err(ProgramError::MovesAtEnd {
+                    segment: index + 1,
+                    law,
+                    end: if share > 0.0 { "ends" } else { "begins" },
+                    velocity_mm_rad: there.first,
+                    acceleration_mm_rad2: there.second,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Turns over which it runs.
+    #[must_use]
+    pub fn turns(&self) -> u32 {
+        self.turns
+    }
+
+    /// Returns whether it has two ends; else it closes after its turns.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    /// Angle over which it runs (rad).
+    #[must_use]
+    pub fn span_rad(&self) -> f64 {
+        f64::from(self.turns) * TURN_RAD
     }
 
     /// Lowest lift that the program may have (mm).
@@ -227,10 +361,11 @@ impl MotionProgram {
         self.lowest_mm
     }
 
-    /// Lift and derivatives at a cam angle (mm over rad).
+    /// Lift and derivatives at a cam angle (mm over rad); beyond the ends of an open program those of the nearer end.
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
-        let x = wrap_turn(angle_rad - self.start_rad);
+        let x = angle_rad - self.start_rad;
+        let x = if self.is_open { x.clamp(0.0, self.span_rad()) } else { wrap_period(x, self.span_rad()) };
         let index = self.pieces.partition_point(|piece| piece.begins_rad <= x).max(1) - 1;
         let piece = &self.pieces[index];
         piece.sample(x - piece.begins_rad)
@@ -238,7 +373,7 @@ impl MotionProgram {
 
     /// Cam angles at which segments meet (rad); acceleration or jerk may jump there.
     pub fn joints(&self) -> impl Iterator<Item = f64> {
-        self.pieces.iter().map(|piece| wrap_turn(self.start_rad + piece.begins_rad))
+        self.pieces.iter().map(|piece| wrap_period(self.start_rad + piece.begins_rad, self.span_rad()))
     }
 }
 

@@ -5,6 +5,7 @@ use super::{FeatureRequest, NcControl, PassRequest, PostRequest, ProgramTurnSpee
 use crate::gcode::archimedean::ChainError;
 use crate::gcode::{FormatError, RaisedFeed};
 use crate::math::units::TURN_RAD;
+use crate::toolpath::cutter_path::CutterPath;
 use alloc::boxed::Box;
 use alloc::string::String;
 use thiserror::Error;
@@ -143,7 +144,7 @@ pub(super) fn check(request: &PostRequest<'_>) -> Result<(), PostError> {
     for of in &request.features {
         check_feature(of)?;
         for pass in &of.passes {
-            check_pass(pass).map_err(|error| error.within(&of.name, &pass.name))?;
+            check_pass(of.path, pass).map_err(|error| error.within(&of.name, &pass.name))?;
         }
     }
     Ok(())
@@ -177,7 +178,7 @@ fn check_feature(of: &FeatureRequest<'_>) -> Result<(), PostError> {
     bad_unless(of.phase_rad.is_finite(), &named("the phase in rad"), of.phase_rad, "it must be a number")
 }
 
-fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
+fn check_pass(path: &CutterPath, pass: &PassRequest<'_>) -> Result<(), PostError> {
     positive("the tolerance in mm", pass.tolerance_mm)?;
     let widest = pass.widest_tolerance_mm;
     bad_unless(
@@ -188,6 +189,8 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
     )?;
     let turns = f64::from(pass.turns);
     bad_unless((1..=MAX_TURNS).contains(&pass.turns), "the number of turns of a call", turns, "it must be 1 to 100")?;
+    let allowed = "an open path is run once in a call";
+    bad_unless(!path.is_open() || pass.turns == 1, "the number of turns of a call", turns, allowed)?;
     for leaves_mm in &pass.leaves_mm {
         bad_unless(
             leaves_mm.is_finite() && *leaves_mm >= 0.0,

@@ -3,8 +3,8 @@
 //! what is left of the depth, and a main program that calls them.
 //!
 //! A subprogram comes in over an angle before the turn, turns, and leaves over as much behind it, so that no place on the part sees the cutter
-//! arrive or stand. It is in the part's own angle, u = σ·(θ − α), read forwards while C turns forwards; its call shifts C by the phase and
-//! the infeed axis by what is left. Every block is one piece of a chain of Archimedean segments in whole increments of the control, with the
+//! arrive or stand. Along a groove of several turns it makes all of them; into an open groove it comes beyond the part. It is in the part's
+//! own angle, u = σ·(θ − α), read forwards while C turns forwards; its call shifts C by the phase and the infeed axis by what is left. Every block is one piece of a chain of Archimedean segments in whole increments of the control, with the
 //! time that C takes for it.
 
 mod compare;
@@ -306,6 +306,14 @@ impl PostedProgram {
         // The whole turns by which C goes on, so that it neither winds back nor turns more than half a turn to the beginning.
         let phase = format.count(NcAxis::C, phase_rad)?;
         let on = (c_now - (phase + begins) + whole_turn / 2).div_euclid(whole_turn) * whole_turn;
+        if of.path.turns() > 1 && phase.rem_euclid(whole_turn) + ends >= C_INCREMENTS {
+            let whole = whole_turn as f64;
+            return Err(PostError::TooManyTurns {
+                turns: (phase.rem_euclid(whole_turn) + ends) as f64 / whole,
+                max: C_INCREMENTS as f64 / whole,
+                decimals: format.decimals(NcAxis::C),
+            });
+        }
         // Unless the control has no digits for it: then C winds back, with the cutter clear of the part.
         let on = if phase + on + ends < C_INCREMENTS { on } else { 0 };
         let (phase, offset) = (phase + on, format.count(NcAxis::from(of.path.infeed), leaves_mm)?);

@@ -99,7 +99,7 @@ impl Pieces {
                     blocks_s: pieces.blocks_s,
                     max_s: control.max_blocks_s,
                     tolerance_um: um_from_mm(tolerance_mm),
-                    fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(0.0)),
+                    fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(turn.begin_rad)),
                 });
             }
             tolerance_mm = (tolerance_mm * WIDER).min(pass.widest_tolerance_mm);
@@ -143,7 +143,7 @@ impl Pieces {
             let travels: Vec<Travelling<'_>> = travels.iter().map(|travel| travel as Travelling<'_>).collect();
             let request =
                 ChainRequest { travels: &travels, from_rad, to_rad, tolerance_mm, rounding_mm, knots: pass.knots };
-            pieces.add_stretch(turn, &Chain::new(&request)?, moving)?;
+            pieces.add_stretch(turn, &Chain::new(&request)?, moving, control.dialect.longest_block_s())?;
             if !leading {
                 pieces.theoretical = theoretical_pieces(&request)?;
                 pieces.pieces_of_turn = pieces.stretches.last().map_or(0, |stretch| stretch.to - stretch.from);
@@ -160,9 +160,10 @@ impl Pieces {
     /// Share of the tolerance (mm) used by rounding of both ends of a piece, and on LinuxCNC by the steps of very slow pieces.
     fn rounding_mm(&self, turn: &SubprogramMotion<'_>, control: &NcControl) -> f64 {
         let last_digit = |axis| control.format.value(axis, 1);
+        let looks = LOOKS_PER_TURN * turn.turns_of_path();
         let steepest = self.axes.iter().flat_map(|axis| {
-            (0..LOOKS_PER_TURN).map(|look| {
-                let u_rad = turn.full_rad * f64::from(look) / f64::from(LOOKS_PER_TURN);
+            (0..looks).map(|look| {
+                let u_rad = turn.begin_rad + (turn.full_rad - turn.begin_rad) * f64::from(look) / f64::from(looks);
                 turn.at(*axis, u_rad).first.abs()
             })
         });
@@ -172,27 +173,64 @@ impl Pieces {
         half_mm + steps_mm + 0.5 * last_digit(NcAxis::C) * steepest
     }
 
-    /// Knots of a chain in increments, after those that are there; ends meet.
-    fn add_stretch(&mut self, turn: &SubprogramMotion<'_>, chain: &Chain, moving: Vec<usize>) -> Result<(), PostError> {
-        let format = self.format;
+    /// Knots of a chain in increments, after those that are there; ends meet. A piece that takes longer than a block can is several.
+    fn add_stretch(
+        &mut self,
+        turn: &SubprogramMotion<'_>,
+        chain: &Chain,
+        moving: Vec<usize>,
+        longest_s: f64,
+    ) -> Result<(), PostError> {
         let from = self.knots.len().saturating_sub(1);
+        let mut before_rad = None;
         for (knot, u_rad) in chain.angles_rad.iter().enumerate() {
-            let c = format.count(NcAxis::C, *u_rad)?;
-            let mut positions = Vec::with_capacity(self.axes.len());
-            for (index, axis) in self.axes.iter().enumerate() {
-                let position_mm = match moving.iter().position(|moves| *moves == index) {
-                    Some(place) => chain.positions_mm[place][knot],
-                    None => turn.at(*axis, *u_rad).value,
-                };
-                positions.push(format.count(NcAxis::from(*axis), position_mm)?);
+            if let Some(before_rad) = before_rad {
+                let time_s = turn.time_s(before_rad, *u_rad);
+                let max_s = if time_s > longest_s { ROUNDED_DOWN * longest_s } else { longest_s };
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of blocks")]
+                let blocks = libm::ceil(time_s / max_s).clamp(1.0, 1e9) as u32;
+                if u64::from(blocks) > MAX_TURN_BLOCKS {
+                    return Err(PostError::TooLongTurn { blocks: u64::from(blocks), allowed: MAX_TURN_BLOCKS });
+                }
+                for block in 1..blocks {
+                    let share = f64::from(block) / f64::from(blocks);
+                    let position_mm = |place: usize| {
+                        let positions_mm: &[f64] = &chain.positions_mm[place];
+                        positions_mm[knot - 1] + share * (positions_mm[knot] - positions_mm[knot - 1])
+                    };
+                    self.add_knot(turn, before_rad + share * (*u_rad - before_rad), position_mm, &moving)?;
+                }
             }
-            // Two knots that C cannot resolve are one; the first and the last knot of a run lie on the path.
-            match self.knots.last_mut() {
-                Some(last) if last.c == c => last.positions = positions,
-                _ => self.knots.push(RoundedKnot { c, positions }),
-            }
+            self.add_knot(turn, *u_rad, |place| chain.positions_mm[place][knot], &moving)?;
+            before_rad = Some(*u_rad);
         }
         self.stretches.push(BlockRun { from, to: self.knots.len() - 1, moving });
+        Ok(())
+    }
+
+    /// A knot in increments, with the positions of the axes that move.
+    fn add_knot(
+        &mut self,
+        turn: &SubprogramMotion<'_>,
+        u_rad: f64,
+        position_mm: impl Fn(usize) -> f64,
+        moving: &[usize],
+    ) -> Result<(), PostError> {
+        let format = self.format;
+        let c = format.count(NcAxis::C, u_rad)?;
+        let mut positions = Vec::with_capacity(self.axes.len());
+        for (index, axis) in self.axes.iter().enumerate() {
+            let position_mm = match moving.iter().position(|moves| *moves == index) {
+                Some(place) => position_mm(place),
+                None => turn.at(*axis, u_rad).value,
+            };
+            positions.push(format.count(NcAxis::from(*axis), position_mm)?);
+        }
+        // Two knots that C cannot resolve are one; the first and the last knot of a run lie on the path.
+        match self.knots.last_mut() {
+            Some(last) if last.c == c => last.positions = positions,
+            _ => self.knots.push(RoundedKnot { c, positions }),
+        }
         Ok(())
     }
 

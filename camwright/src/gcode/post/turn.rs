@@ -10,7 +10,8 @@ use alloc::vec::Vec;
 /// Steps of C at which a speed that varies is looked at, per turn.
 const STEPS_PER_TURN: f64 = 3600.0;
 
-/// A call of a subprogram as motion over u, the part's angle read forwards: it begins at −lead and is at full depth from 0 on.
+/// A call of a subprogram as motion over u, the part's angle read forwards: it comes in over the lead and is at full depth from then on. A
+/// closed path begins at u = 0. An open one lies over the azimuths 0 to its span, and begins where C comes to it first.
 pub(super) struct SubprogramMotion<'a> {
     path: &'a CutterPath,
     stands_mm: &'a [(CarriageAxis, f64)],
@@ -19,12 +20,16 @@ pub(super) struct SubprogramMotion<'a> {
     leaves_turning: bool,
     sense: f64,
     speed: ProgramTurnSpeed<'a>,
+    /// Angle at which full depth begins (rad).
+    pub(super) begin_rad: f64,
     /// Angle at which full depth ends (rad).
     pub(super) full_rad: f64,
 }
 
 impl<'a> SubprogramMotion<'a> {
     pub(super) fn new(control: &NcControl, of: &'a FeatureRequest<'a>, pass: &PassRequest<'a>) -> Self {
+        let span_rad = of.path.span_rad();
+        let begin_rad = if of.path.is_open() && control.rotation_sense < 0 { -span_rad } else { 0.0 };
         Self {
             path: of.path,
             stands_mm: &of.stands_mm,
@@ -33,13 +38,20 @@ impl<'a> SubprogramMotion<'a> {
             leaves_turning: of.lead.leaves_turning,
             sense: f64::from(control.rotation_sense),
             speed: pass.speed,
-            full_rad: f64::from(pass.turns) * TURN_RAD,
+            begin_rad,
+            full_rad: begin_rad + f64::from(pass.turns) * span_rad,
         }
+    }
+
+    /// Turns of the part over which the path runs once.
+    pub(super) fn turns_of_path(&self) -> u32 {
+        self.path.turns()
     }
 
     /// Stretches that are cut into pieces by themselves: coming in, the turns, leaving.
     pub(super) fn stretches(&self) -> Vec<(f64, f64)> {
-        let mut stretches = alloc::vec![(-self.lead_rad, 0.0), (0.0, self.full_rad)];
+        let mut stretches =
+            alloc::vec![(self.begin_rad - self.lead_rad, self.begin_rad), (self.begin_rad, self.full_rad)];
         if self.leaves_turning {
             stretches.push((self.full_rad, self.full_rad + self.lead_rad));
         }
@@ -84,7 +96,8 @@ impl<'a> SubprogramMotion<'a> {
 
     /// Height of the cutter above its depth: a quintic from rest to rest over the lead.
     fn height_at(&self, u_rad: f64) -> Sample {
-        let (outside, sense) = if u_rad < 0.0 { (-u_rad, -1.0) } else { (u_rad - self.full_rad, 1.0) };
+        let (outside, sense) =
+            if u_rad < self.begin_rad { (self.begin_rad - u_rad, -1.0) } else { (u_rad - self.full_rad, 1.0) };
         if outside <= 0.0 {
             return Sample::default();
         }

@@ -89,7 +89,7 @@ impl FacePath {
             contour.local(cam_angle).support() + leaves_mm
         })?;
         returns(&support, contour, leaves_mm)?;
-        let travels = [Travel { axis: CarriageAxis::X, position: support }].into();
+        let travels = [Travel { axis: CarriageAxis::X, position: support.into() }].into();
         let path = CutterPath { name: String::from("contour"), travels, infeed: CarriageAxis::X };
         Ok(Self { path, reach })
     }

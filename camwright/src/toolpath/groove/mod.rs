@@ -13,10 +13,14 @@
 //! ```
 //!
 //! In the face of a plate ([`plate`]) that is exact at every depth. On a cylinder ([`barrel`]) the normal N turns with the radius, and a
-//! mill that is smaller than the roller leaves something at most radii, which is computed.
+//! mill that is smaller than the roller leaves something at most radii, which is computed. There a groove may run over several turns and
+//! cross itself, or have two ends beyond the end faces ([`course`]); ribs remain between its turns ([`rib`]).
 
 pub mod barrel;
+pub mod course;
+mod open_path;
 pub mod plate;
+pub mod rib;
 pub mod wall_error;
 
 use crate::cam::contour::ContourError;
@@ -105,6 +109,129 @@ pub enum GrooveError {
         slot_radius_mm: f64,
         /// Lower bound, exclusive (mm): the roller's radius, on a cylinder a little more.
         bound_mm: f64,
+    },
+    /// A number of turns that is none.
+    #[error("a groove runs over {turns} turns; 1 to {max} are allowed")]
+    TurnCount { turns: u32, max: u32 },
+    /// A program that closes, for a groove with ends.
+    #[error("the lift of an open groove has two ends; this one closes")]
+    NoEnds,
+    /// A turret that turns its roller to the side of the barrel or behind itself.
+    #[error(
+        "the turret turns its roller to {angle_deg:.3} deg from the line through both axes; it must stay below {max_deg:.0} deg on either side"
+    )]
+    TurretTurnsAway {
+        /// Angle of the turret (deg).
+        angle_deg: f64,
+        /// Bound (deg).
+        max_deg: f64,
+    },
+    /// A turret without rollers.
+    #[error("a turret has at least one station")]
+    NoStations,
+    /// Turns of an indexing groove that do not fit the spacing of the rollers.
+    #[error(
+        "the lift turns the turret by {turned_deg:.6} deg from azimuth {azimuth_deg:.2} deg to the same place a turn later; with {stations} \
+         stations it must be a multiple of {station_deg:.6} deg other than 0"
+    )]
+    Stations {
+        /// Angle of the turret over a turn (deg).
+        turned_deg: f64,
+        /// Azimuth (deg).
+        azimuth_deg: f64,
+        stations: u32,
+        /// Angle from roller to roller (deg).
+        station_deg: f64,
+    },
+    /// A roller of a turret that stands in no groove.
+    #[error(
+        "at azimuth {angle_deg:.2} deg the neighbouring roller stands inside the cylinder at {roller_deg:.4} deg of the turret, where no groove \
+         is; the rollers are {station_deg:.4} deg apart: shorten the cylinder, or add the groove of that roller"
+    )]
+    NoGroove {
+        /// Azimuth along the groove (deg).
+        angle_deg: f64,
+        /// Angle of the neighbouring roller (deg).
+        roller_deg: f64,
+        /// Angle from roller to roller (deg).
+        station_deg: f64,
+    },
+    /// A groove that crosses itself and may not.
+    #[error(
+        "the groove crosses itself at azimuth {angle_deg:.2} deg, where its follower loses both walls; `may_cross: true` allows that for a long \
+         follower"
+    )]
+    Crosses {
+        /// Azimuth of the first crossing (deg).
+        angle_deg: f64,
+    },
+    /// A roller that moves across on a machine that cannot.
+    #[error("the roller of a turret moves across the part; this takes a machine with a Y axis (y_axis: true)")]
+    TurretNeedsY,
+    /// A roller that leaves the cylinder sideways.
+    #[error(
+        "at azimuth {angle_deg:.2} deg the roller stands {beside_mm:.3} mm beside the radial line, where the cylinder of radius \
+         {outer_radius_mm} mm ends {surface_mm:.3} mm from the axis; the floor of radius {floor_radius_mm} mm must lie below that"
+    )]
+    BesideCylinder {
+        /// Azimuth (deg).
+        angle_deg: f64,
+        /// Y of the roller's centre (mm).
+        beside_mm: f64,
+        /// Radius of the cylinder (mm).
+        outer_radius_mm: f64,
+        /// X at which the cylinder ends there (mm).
+        surface_mm: f64,
+        /// Radius of the floor (mm).
+        floor_radius_mm: f64,
+    },
+    /// Neighbouring turns of a groove, or neighbouring grooves, that leave no rib between them and do not cross.
+    #[error(
+        "the rib between {turns} vanishes at azimuth {angle_deg:.2} deg: their centres come within {distance_mm:.3} mm of each other on the \
+         floor without a crossing; a rib needs more than {bound_mm:.3} mm, the width of the groove"
+    )]
+    NoRib {
+        /// The neighbours, for people.
+        turns: String,
+        /// Azimuth along the first of them (deg).
+        angle_deg: f64,
+        /// Distance of the pitch curves (mm).
+        distance_mm: f64,
+        /// Distance at which the rib vanishes (mm).
+        bound_mm: f64,
+    },
+    /// An open groove of a cylinder whose faces are unknown.
+    #[error("an open groove begins and ends beyond the end faces of the cylinder, which are unknown")]
+    NoFaces,
+    /// A closed groove that leaves the cylinder.
+    #[error(
+        "the groove leaves the cylinder: its walls reach from Z {low_mm:.3} to {high_mm:.3} mm, the end faces lie at {from_mm} and {to_mm} mm; a \
+         closed groove stays between them"
+    )]
+    LeavesCylinder {
+        /// Lowest and highest Z of the walls (mm).
+        low_mm: f64,
+        high_mm: f64,
+        /// End faces (mm).
+        from_mm: f64,
+        to_mm: f64,
+    },
+    /// An open groove with an end inside the cylinder.
+    #[error(
+        "the open groove {end} at Z {z_mm:.3} mm, inside the cylinder or too near to it: the end faces lie at {from_mm} and {to_mm} mm, and the \
+         mill comes down and retracts beyond them, at most at Z {below_mm:.3} or at least at Z {above_mm:.3} mm"
+    )]
+    EndsInside {
+        /// `begins` or `ends`.
+        end: &'static str,
+        /// Z of the roller's centre there (mm).
+        z_mm: f64,
+        /// End faces (mm).
+        from_mm: f64,
+        to_mm: f64,
+        /// Z of a mill beyond the faces (mm).
+        below_mm: f64,
+        above_mm: f64,
     },
     /// The inner wall is no contour.
     #[error("the inner wall of the groove: {0}")]

@@ -7,9 +7,9 @@
 
 use super::Wall;
 use super::barrel::{BarrelGroove, DEPTHS};
+use super::course::RollerCentre;
 use crate::math::extremum::golden_section;
-use crate::math::hermite::Sample;
-use crate::math::units::{TURN_RAD, wrap_turn};
+use crate::math::units::wrap_period;
 use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
 use core::f64::consts::FRAC_PI_2;
 
@@ -20,7 +20,7 @@ pub struct WallError {
     pub error_mm: f64,
     /// Distance of the place from the part's axis (mm).
     pub radius_mm: f64,
-    /// Its azimuth (rad).
+    /// Its azimuth (rad), counted on over the turns of the groove.
     pub azimuth_rad: f64,
 }
 
@@ -41,7 +41,7 @@ impl WallErrors {
     }
 }
 
-/// Azimuths at which walls are looked at before the worst places are refined.
+/// Azimuths of a turn at which walls are looked at before the worst places are refined.
 const AZIMUTHS: u32 = 720;
 
 /// Azimuths of the mill that are tried for a place of a wall, before the nearest is refined.
@@ -57,19 +57,26 @@ struct Swept<'a> {
     cutter_radius_mm: f64,
     wall: Wall,
     wall_radius_mm: f64,
+    /// Farthest that the roller stands beside the radial line (mm).
+    beside_mm: f64,
 }
 
 impl BarrelGroove {
     /// Error of a mill on a wall between floor and surface, relative to the intended stock. Material left by its end in the corner of the
-    /// floor is not considered.
+    /// floor is not considered, and neither is what another turn of the groove cuts from the wall where they cross.
     #[must_use]
     pub fn wall_errors(&self, path: &CutterPath, cutter_radius_mm: f64, leaves_mm: f64, wall: Wall) -> WallErrors {
         let wall_radius_mm = self.roller_radius_mm() - leaves_mm;
-        let swept = Swept { groove: self, path, cutter_radius_mm, wall, wall_radius_mm };
-        let places = (0..AZIMUTHS).flat_map(|i| {
-            let angle = f64::from(i) * TURN_RAD / f64::from(AZIMUTHS);
-            (0..=DEPTHS).map(move |depth| (angle, f64::from(depth) / f64::from(DEPTHS)))
-        });
+        let (count, span_rad) = (AZIMUTHS * self.course().turns(), self.course().span_rad());
+        let angles = (0..count).map(|i| f64::from(i) * span_rad / f64::from(count));
+        // Beyond the end faces there is no wall.
+        let places = angles
+            .clone()
+            .filter(|angle| self.is_inside(self.course().centre(*angle).z.value))
+            .flat_map(|angle| (0..=DEPTHS).map(move |depth| (angle, f64::from(depth) / f64::from(DEPTHS))));
+        let inside = angles.map(|angle| self.course().centre(angle)).filter(|at| self.is_inside(at.z.value));
+        let beside_mm = inside.map(|at| at.y.value.abs()).fold(0.0, f64::max);
+        let swept = Swept { groove: self, path, cutter_radius_mm, wall, wall_radius_mm, beside_mm };
         let (mut max, mut min) = ((f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0));
         for (angle, share) in places {
             let error = swept.error(angle, share).error_mm;
@@ -87,7 +94,7 @@ impl BarrelGroove {
 impl Swept<'_> {
     /// The place near one of the grid where the error, times a sign, is least.
     fn refined(&self, (_, angle, share): (f64, f64, f64), sign: f64) -> WallError {
-        let step = TURN_RAD / f64::from(AZIMUTHS);
+        let step = self.groove.course().span_rad() / f64::from(AZIMUTHS * self.groove.course().turns());
         let (angle, _) = golden_section(angle - step, angle + step, &|a| sign * self.error(a, share).error_mm);
         let step = 1.0 / f64::from(DEPTHS);
         let (from, to) = ((share - step).max(0.0), (share + step).min(1.0));
@@ -105,22 +112,23 @@ impl Swept<'_> {
 
     /// Error of the wall that the roller touches at an azimuth, at a share of its depth.
     fn error(&self, angle: f64, share: f64) -> WallError {
-        let z = self.groove.lift().sample(angle);
-        let x = self.place_along(&z, share);
-        let slope = self.groove.slope(&z, x);
+        let centre = self.groove.course().centre(angle);
+        let x = self.place_along(&centre, share);
+        let slope = self.groove.slope(&centre, x);
         let beside = self.wall.side() * self.wall_radius_mm;
-        let (y, along) = (-beside * libm::sin(slope), z.value + beside * libm::cos(slope));
+        let (y, along) = (centre.y.value - beside * libm::sin(slope), centre.z.value + beside * libm::cos(slope));
         let (radius_mm, azimuth) = (libm::hypot(x, y), angle + libm::atan2(y, x));
         let error_mm = self.left_at(radius_mm, azimuth, along);
-        WallError { error_mm, radius_mm, azimuth_rad: wrap_turn(azimuth) }
+        WallError { error_mm, radius_mm, azimuth_rad: wrap_period(azimuth, self.groove.course().span_rad()) }
     }
 
     /// Place along the roller at a share of the depth: from the floor to where the wall meets the cylinder, x² + y² = R².
-    fn place_along(&self, z: &Sample, share: f64) -> f64 {
+    fn place_along(&self, centre: &RollerCentre, share: f64) -> f64 {
         let (floor, outer) = (self.groove.floor_radius_mm(), self.groove.outer_radius_mm());
         let mut surface = outer;
         for _ in 0..SURFACE_STEPS {
-            let y = self.wall_radius_mm * libm::sin(self.groove.slope(z, surface));
+            let beside = self.wall.side() * self.wall_radius_mm;
+            let y = beside * libm::sin(self.groove.slope(centre, surface)) - centre.y.value;
             surface = libm::sqrt((outer * outer - y * y).max(floor * floor));
         }
         floor + share * (surface - floor)
@@ -133,7 +141,7 @@ impl Swept<'_> {
             let z = self.path.sample(CarriageAxis::Z, carriage).map_or(0.0, |z| z.value);
             libm::hypot(radius_mm * libm::sin(azimuth - carriage) - across, along - z) - self.cutter_radius_mm
         };
-        let share = REACH * self.groove.roller_radius_mm() / radius_mm;
+        let share = (REACH * self.groove.roller_radius_mm() + self.beside_mm) / radius_mm;
         let reach = if share < 1.0 { libm::asin(share) } else { FRAC_PI_2 };
         let step = 2.0 * reach / f64::from(TRIED);
         let mut nearest = (azimuth, f64::INFINITY);

@@ -55,8 +55,14 @@ impl Folder {
         let error_text = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.path().display()), "");
         let file: Profile =
             schema::read(&document).map_err(|errors| errors.into_iter().map(error_text).collect::<Vec<_>>())?;
-        let profile =
-            LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)), before: &[] };
+        let profile = LiftContext {
+            document: &document,
+            key: "lift",
+            name: "p",
+            follower: Some((follower, 16.0)),
+            before: &[],
+            groove: None,
+        };
         read(&file.lift, profile, &mut JobFiles::from_document(profile.document))
             .map_err(|errors| errors.into_iter().map(error_text).collect())
     }

@@ -351,3 +351,128 @@ fn no_text_makes_the_reader_panic() {
     }
     assert!(read_well > 40 && refused > 100, "{read_well} read, {refused} refused");
 }
+
+const LEVEL_WIND: &str = include_str!("../../../../params/jobs/level_wind.yaml");
+const INDEXER: &str = include_str!("../../../../params/jobs/barrel_indexer.yaml");
+
+#[test]
+fn a_groove_runs_over_several_turns_or_between_two_ends() {
+    let wind = with(LEVEL_WIND, &[]).unwrap();
+    let GrooveKind::Barrel { groove, z_mm, .. } = &wind.spec.grooves[0].kind else { panic!("no barrel") };
+    assert_eq!((groove.course().turns(), groove.course().is_open(), wind.lifts[0].0.as_str()), (6, false, "W"));
+    let middle = groove.course().centre(rad_from_deg(1080.0));
+    assert!((middle.z.value - 51.0).abs() < 1e-9 && (*z_mm - 20.0).abs() < 1e-12, "{middle:?}");
+    assert!((wind.lifts[0].1.law.max_lift_mm() - 51.0).abs() < 1e-9);
+
+    let indexer = with(INDEXER, &[]).unwrap();
+    let GrooveKind::Barrel { groove, .. } = &indexer.spec.grooves[0].kind else { panic!("no barrel") };
+    let course = groove.course();
+    assert_eq!((course.turns(), course.is_open(), indexer.lifts.len()), (3, true, 0));
+    // Two stations of 30 deg from -45 deg: the dwell at 15 deg on a radius of 80 mm.
+    let dwell = course.centre(rad_from_deg(720.0));
+    let (sin, cos) = rad_from_deg(15.0).sin_cos();
+    assert!((dwell.z.value - 80.0 * sin).abs() < 1e-9 && (dwell.y.value - 76.0 + 80.0 * cos).abs() < 1e-9, "{dwell:?}");
+    assert!(dwell.z.first.abs() < 1e-9);
+
+    // A roller on a slide, with ends.
+    let slide = INDEXER.replace("rise_deg: 30.0", "rise_mm: 41.0");
+    let slide = edited(&slide, "    turret: {stations: 12, radius_mm: 80.0, axis_y_mm: 76.0, start_deg: -45.0}\n", "");
+    let slide = edited(&slide, "z_mm: 50.0", "z_mm: -12.0");
+    let job = with(&slide, &["grooves.0.y_axis=false"]).unwrap();
+    let GrooveKind::Barrel { groove, .. } = &job.spec.grooves[0].kind else { panic!("no barrel") };
+    assert!((groove.course().lift(100.0).value - 123.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_no_groove_of_several_turns_or_with_ends_is_refused_at_its_line() {
+    let wind = |key: &str| refusal(LEVEL_WIND, &[key]);
+    let indexer = |from: &str, to: &str| refusal(&edited(INDEXER, from, to), &[]);
+    for (found, words) in [
+        (wind("grooves.0.turns=5"), "groove W: the segments cover 2160.000000 deg, 5 turns are 1800 deg"),
+        (wind("grooves.0.turns=51"), "turns is 51; it must be 1 to 50"),
+        (wind("grooves.0.turns=0"), "turns is 0; it must be 1 to 50"),
+        (
+            wind("grooves.0.lift={eccentric: {eccentricity_mm: 5}}"),
+            "turns is 6; a lift over several turns is stated by segments",
+        ),
+        (wind("grooves.0.to_mm=null"), "from_mm needs to_mm, the other end face"),
+        (wind("grooves.0.from_mm=null"), "to_mm needs from_mm, the other end face"),
+        (wind("grooves.0.to_mm=-5"), "to_mm is -5; it must be above from_mm, 0"),
+        (wind("grooves.0.from_mm=17"), "the groove leaves the cylinder: its walls reach from Z 16.000 to 75.000 mm"),
+        (wind("grooves.0.may_cross=false"), "groove W: the groove crosses itself at azimuth"),
+        (
+            refusal(BARREL, &["grooves.0.may_cross=true"]),
+            "may_cross is about a groove of several turns for a follower on a slide",
+        ),
+        (indexer("y_axis: true", "y_axis: true\n    may_cross: true"), "may_cross is about a groove of several turns"),
+        (
+            indexer("    from_mm: 18.0\n    to_mm: 82.0\n", ""),
+            "an open groove needs the end faces of the cylinder, from_mm and to_mm",
+        ),
+        (
+            refusal(BARREL, &["grooves.0.turret={stations: 12, radius_mm: 80, axis_y_mm: 76}"]),
+            "a turret needs the end faces of the cylinder, from_mm and to_mm",
+        ),
+        (wind("grooves.0.roller_radius_mm=9.1"), "groove W: the rib between its turns vanishes at azimuth"),
+        (
+            wind("grooves.0.lift.segments.4.rise_mm=-47"),
+            "after 6 turns 1.000000000 mm of lift remain; allowed: 1e-9 mm; `open: true`",
+        ),
+        (wind("grooves.0.lift.segments.0.rise_deg=1"), "one is needed"),
+        (refusal(PLATE, &["grooves.0.turns=2"]), "turns is about a groove of kind barrel; this one is of kind plate"),
+        (refusal(PLATE, &["grooves.0.open=true"]), "open is about a groove of kind barrel"),
+        (
+            refusal(BARREL, &["grooves.0.kind=globoid"]),
+            "groove B: globoid cams are not supported: their mill swings about the axis of the turret; supported are grooves round a cylinder",
+        ),
+        (
+            refusal(BARREL, &["grooves.0.open=true"]),
+            "an open groove needs the end faces of the cylinder, from_mm and to_mm",
+        ),
+        (indexer("    open: true\n", ""), "after 3 turns"),
+        (
+            indexer("    y_axis: true\n", ""),
+            "the roller of a turret moves across the part; this takes a machine with a Y axis",
+        ),
+        (indexer("y_axis: true", "y_axis: false"), "this takes a machine with a Y axis"),
+        (
+            indexer("stations: 12", "stations: 11"),
+            "the lift turns the turret by 30.000000 deg from azimuth 0.00 deg to the same place a turn later; with 11 stations",
+        ),
+        (indexer("stations: 12, ", ""), "stations"),
+        (indexer("radius_mm: 80.0, axis_y_mm", "radius_mm: -1, axis_y_mm"), "turret.radius_mm is -1"),
+        (indexer("axis_y_mm: 76.0", "axis_y_mm: 20.0"), "the roller stands"),
+        (indexer("start_deg: -45.0", "start_deg: 20.0"), "it must stay below 90 deg on either side"),
+        (
+            indexer("from_mm: 18.0", "from_mm: 3.0"),
+            "groove I: the open groove begins at Z -6.569 mm, inside the cylinder or too near",
+        ),
+        (indexer("to_mm: 82.0", "to_mm: 97.0"), "the open groove ends at Z 106.569 mm"),
+        (
+            indexer("      repeat: 3\n", "      repeat: 3\n      start_deg: 5\n"),
+            "start_deg is 5; an open groove begins with its first segment",
+        ),
+        (indexer("      repeat: 3\n", "      repeat: 2\n"), "the segments cover 720.000000 deg, 3 turns are 1080 deg"),
+        (
+            indexer("law: dwell, angle_deg: 90", "law: constant_velocity, rise_deg: 1, angle_deg: 90"),
+            "segment 1 (constant_velocity) begins with",
+        ),
+    ] {
+        assert!(found.starts_with("job.yaml:") || found.contains("--set"), "{found}");
+        assert!(found.contains(words), "{words}: {found}");
+        assert_eq!(found.lines().count(), 1, "{found}");
+    }
+    // Its own line.
+    let found = indexer("stations: 12", "stations: 11");
+    assert!(found.starts_with("job.yaml:14: groove I: "), "{found}");
+    let found = indexer("    open: true\n", "    open: true\n    phase_deg: 10\n    depth: 3\n");
+    assert!(found.contains("job.yaml:13:") && found.contains("depth"), "{found}");
+    let second = edited(
+        BARREL,
+        "passes:",
+        "  - {name: C, kind: barrel, lift: {round: true}, roller_radius_mm: 10, outer_radius_mm: 50, depth_mm: 15, z_mm: 95, y_axis: true}\npasses:",
+    );
+    let found = refusal(&second, &[]);
+    assert!(found.starts_with("job.yaml:17: the rib between grooves C and B vanishes"), "{found}");
+    assert!(with(&second, &["grooves.1.z_mm=101"]).is_ok());
+}

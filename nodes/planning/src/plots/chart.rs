@@ -37,6 +37,14 @@ impl TurnChart {
         Self(Axes { frame, across: Scale::TURN_DEG, up: up.with_steps(frame.height / TICK_UP_MM) })
     }
 
+    /// Values over another angle than a turn (deg).
+    pub(super) fn over(frame: Frame, (from_deg, to_deg): (f64, f64), up: Scale) -> Self {
+        let turn = from_deg.abs() < 1e-6 && (to_deg - 360.0).abs() < 1e-6;
+        let step = Scale::TURN_DEG.step * ((to_deg - from_deg) / 360.0).ceil().max(1.0);
+        let across = if turn { Scale::TURN_DEG } else { Scale { low: from_deg, high: to_deg, step } };
+        Self(Axes { frame, across, up: up.with_steps(frame.height / TICK_UP_MM) })
+    }
+
     /// Grid, frame, ticks; numbers of the angle where it is the lowest of its sheet.
     pub(super) fn axes(&self, drawing: &mut Drawing, label: &str, is_lowest: bool) {
         self.axes_over(drawing, label, is_lowest.then_some("angle of C axis (deg)"));
@@ -94,7 +102,8 @@ impl TurnChart {
 
     /// A line at one value.
     pub(super) fn level(&self, drawing: &mut Drawing, value: f64, pen: Pen) {
-        self.curve(drawing, [(0.0, value), (360.0, value)].into_iter(), pen);
+        let across = self.0.across;
+        self.curve(drawing, [(across.low, value), (across.high, value)].into_iter(), pen);
     }
 }
 

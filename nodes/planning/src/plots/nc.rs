@@ -10,7 +10,7 @@ use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point}
 use crate::program::request::{Plane, ProgramOutline, ToPost, error_mm};
 use camwright::gcode::post::{PostedProgram, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
-use camwright::toolpath::cutter_path::CarriageAxis;
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
 
 /// Segments, one after the other.
 const SEGMENTS: [Pen; 3] =
@@ -60,7 +60,12 @@ pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &PostedProgram)
 fn caption_of_path(outline: &ProgramOutline) -> String {
     match outline.plane {
         Plane::Across => "The shape with the cutter along its path, seen along the axis.".into(),
-        Plane::Developed { .. } => "The groove unrolled at its mean radius, with the cutter along its path.".into(),
+        Plane::Developed { is_folded: false, .. } => {
+            "The groove unrolled at its mean radius, with the cutter along its path.".into()
+        }
+        Plane::Developed { is_folded: true, .. } => {
+            "The groove unrolled at its mean radius, its turns over each other, with the cutter along its path.".into()
+        }
     }
 }
 
@@ -95,7 +100,7 @@ impl CutterCentres<'_> {
                 let x_mm = of(CarriageAxis::X) + self.outline.edge_mm;
                 [x_mm * azimuth.cos(), x_mm * azimuth.sin()]
             }
-            Plane::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
+            Plane::Developed { radius_mm, .. } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
         }
     }
 }
@@ -114,8 +119,11 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     let places = CutterCentres { outline, axes: turn.axes.clone(), sense };
     let centre_at =
         |u_rad: f64| places.at(u_rad, |axis| of.path.sample(axis, sense * u_rad).map(|sample| sample.value));
-    let centres: Vec<Point> =
-        (0..CUTTERS).map(|index| centre_at(f64::from(index) * TURN_RAD / f64::from(CUTTERS))).collect();
+    let (begin_rad, turns) = (begin_of(of.path, sense), of.path.turns());
+    let centres: Vec<Point> = (0..CUTTERS * turns)
+        .map(|index| centre_at(begin_rad + f64::from(index) * TURN_RAD / f64::from(CUTTERS)))
+        .map(|centre| outline.plane.place(centre))
+        .collect();
     let view = view(outline, &centres);
     let across = matches!(outline.plane, Plane::Across);
     for (index, line) in outline.closed.iter().enumerate() {
@@ -146,7 +154,9 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
                 Some(from.1[index] + share * (to.1[index] - from.1[index]))
             })
         });
-        view.line(&mut drawing, along, SEGMENTS[index % SEGMENTS.len()]);
+        for line in outline.plane.folded(along.map(Some)) {
+            view.line(&mut drawing, line.into_iter(), SEGMENTS[index % SEGMENTS.len()]);
+        }
     }
     let (to_the_right, upwards) = match outline.plane {
         Plane::Across => ("x of the part (mm)", "y of the part (mm)"),
@@ -199,13 +209,22 @@ fn view(outline: &ProgramOutline, centres: &[Point]) -> PartView {
     PartView { frame: ROOM, centre, scale, turn_rad: 0.0 }
 }
 
+/// Angle of the part at which a run at full depth begins (rad).
+fn begin_of(path: &CutterPath, sense: f64) -> f64 {
+    if path.is_open() && sense < 0.0 { -path.span_rad() } else { 0.0 }
+}
+
 /// Travels over a turn at full depth with their knots, slopes of the segments, and what they are off.
 fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
     let mut drawing =
         begin(to_post, turn, "travel with its knots, slope of the segments, distance from the path with the tolerance");
     let of = &to_post.request.features[turn.feature];
     let sense = f64::from(to_post.request.control.rotation_sense);
-    let full = |u_rad: f64| (-1e-9..=TURN_RAD + 1e-9).contains(&u_rad);
+    let (begin_rad, turns) = (begin_of(of.path, sense), of.path.turns());
+    let end_rad = begin_rad + f64::from(turns) * TURN_RAD;
+    let full = |u_rad: f64| (begin_rad - 1e-9..=end_rad + 1e-9).contains(&u_rad);
+    let (begin_deg, end_deg) = (deg_from_rad(begin_rad), deg_from_rad(end_rad));
+    let chart = |frame, up| TurnChart::over(frame, (begin_deg, end_deg), up);
     let moving: Vec<(usize, CarriageAxis)> =
         turn.axes.iter().copied().enumerate().filter(|(_, axis)| of.path.sample(*axis, 0.0).is_some()).collect();
     // One axis, or two: C has what is left of the sheet.
@@ -215,11 +234,11 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         let knots: Vec<(f64, f64)> =
             turn.knots.iter().filter(|knot| full(knot.0)).map(|knot| (deg_from_rad(knot.0), knot.1[index])).collect();
         let letter = axis.letter();
-        let travel = TurnChart::new(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
+        let travel = chart(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
         travel.axes(&mut drawing, &format!("{letter} (mm)"), false);
         travel.curve(&mut drawing, knots.iter().copied(), CURVE);
         for (c_deg, value) in &knots {
-            let [x, y] = travel.0.at(c_deg.clamp(0.0, 360.0), *value);
+            let [x, y] = travel.0.at(c_deg.clamp(begin_deg, end_deg), *value);
             drawing.line(&[[x, y - 0.8], [x, y + 0.8]], KNOT);
         }
         let slopes: Vec<(f64, f64)> = knots
@@ -229,21 +248,21 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
                 [(pair[0].0, slope), (pair[1].0, slope)]
             })
             .collect();
-        let steps = TurnChart::new(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
+        let steps = chart(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
         steps.axes(&mut drawing, &format!("d{letter}/dC (mm/deg)"), false);
         steps.curve(&mut drawing, slopes.into_iter(), CURVE);
-        let errors: Vec<(f64, f64)> = (0..=CURVE_POINTS)
+        let errors: Vec<(f64, f64)> = (0..=CURVE_POINTS * turns)
             .map(|point| {
-                let u_rad = f64::from(point) * TURN_RAD / f64::from(CURVE_POINTS);
+                let u_rad = begin_rad + f64::from(point) * TURN_RAD / f64::from(CURVE_POINTS);
                 (deg_from_rad(u_rad), um_from_mm(error_mm(turn, index, u_rad, wanted(u_rad))))
             })
             .collect();
         let allowed = um_from_mm(turn.tolerance_mm);
-        let chart = TurnChart::new(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
-        chart.axes(&mut drawing, "error (µm)", 3 * place + 3 == rows);
-        chart.curve(&mut drawing, errors.into_iter(), Pen::solid(Colour(0, 114, 178), 0.2));
+        let off = chart(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
+        off.axes(&mut drawing, "error (µm)", 3 * place + 3 == rows);
+        off.curve(&mut drawing, errors.into_iter(), Pen::solid(Colour(0, 114, 178), 0.2));
         for level in [-allowed, allowed] {
-            chart.level(&mut drawing, level, ALLOWED);
+            off.level(&mut drawing, level, ALLOWED);
         }
     }
     let mut legend = Legend::new();

@@ -268,6 +268,8 @@ mod tests {
         for job in [
             "plate_groove",
             "barrel_groove",
+            "barrel_indexer",
+            "level_wind",
             "eccentric_disc",
             "four_lobe_camshaft",
             "rough_and_finish",

@@ -155,11 +155,10 @@ fn lobes(prepared: &PreparedJob, settings: &NcSettings) -> Vec<LobePath> {
     let lobe = |planned: &PlannedLobe| {
         let mut path = CutterPath::from_periphery(&planned.tool_path);
         if settings.x_of_edge {
-            path.travels = vec![Travel { axis: CarriageAxis::X, position: planned.tool_path.spline().clone() }];
+            path.travels = vec![Travel { axis: CarriageAxis::X, position: planned.tool_path.spline().clone().into() }];
         }
-        // A spline lies within the hull of its coefficients.
-        let coefficients = path.travels.iter().flat_map(|travel| travel.position.coefficients());
-        let highest_mm = coefficients.copied().fold(f64::NEG_INFINITY, f64::max);
+        let highest_mm =
+            path.travels.iter().map(|travel| travel.position.hull_mm().1).fold(f64::NEG_INFINITY, f64::max);
         let start_rad = sense * planned.start_rad;
         LobePath {
             path,

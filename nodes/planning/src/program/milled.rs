@@ -42,6 +42,8 @@ pub(super) fn with_request<R>(
 ) -> Result<R, ConfigError> {
     let (spec, settings) = (&job.spec, &job.nc);
     let (mut made, mut notes) = (Vec::new(), Vec::new());
+    let has_y = |groove: &MilledGroove| matches!(groove.kind, GrooveKind::Barrel { y_axis: true, .. });
+    let y_axis = spec.grooves.iter().any(has_y);
     for (index, pass) in spec.passes.iter().enumerate() {
         for cam in &spec.cams {
             made.push(from_cam(job, cam, (index, pass))?);
@@ -49,6 +51,10 @@ pub(super) fn with_request<R>(
         for groove in &spec.grooves {
             made.extend(from_groove(job, groove, (index, pass), &mut notes)?);
         }
+    }
+    // What one groove leaves of Y is taken back before anything else is cut.
+    for made in made.iter_mut().filter(|made| y_axis && made.path.sample(CarriageAxis::Y, 0.0).is_none()) {
+        made.stands_mm.push((CarriageAxis::Y, 0.0));
     }
     let features = made.iter().map(|made| feature(made, spec, settings)).collect();
     let tool = &spec.tool;
@@ -92,17 +98,16 @@ fn feature<'a>(made: &'a MilledToolPath, spec: &MillingJob, settings: &NcSetting
             widest_tolerance_mm: settings.widest_tolerance_mm.max(pass.tolerance_mm),
             knots: settings.knots,
             speed: ProgramTurnSpeed::WorkSpeed(pass.work_speed_rad_s),
-            turns: pass.turns,
+            // An open groove is run once in a call.
+            turns: if made.path.is_open() { 1 } else { pass.turns },
         }],
     }
 }
 
 /// Highest and lowest place of an axis that travels (mm).
 fn range_mm(path: &CutterPath, axis: CarriageAxis) -> (f64, f64) {
-    let positions =
-        path.travels.iter().filter(|travel| travel.axis == axis).flat_map(|travel| travel.position.coefficients());
-    // A spline lies within the hull of its coefficients.
-    positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mm| (low.min(*mm), high.max(*mm)))
+    let hulls = path.travels.iter().filter(|travel| travel.axis == axis).map(|travel| travel.position.hull_mm());
+    hulls.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), hull| (low.min(hull.0), high.max(hull.1)))
 }
 
 /// The largest radius of a contour (mm).
@@ -158,7 +163,8 @@ fn from_cam(
     })
 }
 
-/// A groove: every path of it, step by step down, the mill coming down over the turn before.
+/// A groove: every path of it, step by step down. The mill comes down over the turn before; into an open groove it comes beyond the end
+/// face, as often at each depth as the pass has turns.
 fn from_groove(
     job: &MilledJob,
     groove: &MilledGroove,
@@ -172,7 +178,11 @@ fn from_groove(
     })?;
     let steps_mm = groove.steps_mm();
     let step_mm = groove.depth_mm() / f64::from(u32::try_from(steps_mm.len()).unwrap_or(u32::MAX)).max(1.0);
-    let lead = Lead { height_mm: step_mm + spec.clearance_mm, angle_rad: TURN_RAD, leaves_turning: false };
+    let is_open = paths.iter().any(CutterPath::is_open);
+    let angle_rad = if is_open { job.nc.lead_rad } else { TURN_RAD };
+    let lead = Lead { height_mm: step_mm + spec.clearance_mm, angle_rad, leaves_turning: false };
+    let runs = if is_open { pass.turns as usize } else { 1 };
+    let leaves_mm: Vec<f64> = steps_mm.iter().flat_map(|left| std::iter::repeat_n(*left, runs)).collect();
     let last = paths.len().saturating_sub(1);
     let mut made = Vec::new();
     // The first and the last path make the walls.
@@ -207,7 +217,7 @@ fn from_groove(
             stands_mm,
             clear_mm,
             lead,
-            leaves_mm: steps_mm.clone(),
+            leaves_mm: leaves_mm.clone(),
             pass: index,
             outline: (at == 0 || at == last).then_some(outline),
         });
@@ -220,18 +230,29 @@ fn in_letters(name: &str) -> String {
     name.replace("wall towards +Z", "plus Z").replace("wall towards -Z", "minus Z")
 }
 
-/// The walls of a groove round a cylinder, rolled off at its mean radius.
+/// The walls of a groove round a cylinder, rolled off at its mean radius; those of several turns one turn over the other.
 fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> ProgramOutline {
     let (mean_mm, roller_mm) = (walls.mean_radius_mm(), walls.roller_radius_mm());
+    let turns = walls.course().turns();
+    let plane = Plane::Developed { radius_mm: mean_mm, is_folded: turns > 1 };
     let wall = |side: f64| {
-        outline(|angle| {
-            let lift = walls.lift().sample(angle);
-            let slope = (lift.first / mean_mm).atan();
-            [mean_mm * angle - side * roller_mm * slope.sin(), z_mm + lift.value + side * roller_mm * slope.cos()]
-        })
+        let at = |angle: f64| {
+            let centre = walls.course().centre(angle);
+            let slope = (centre.z.first / (mean_mm + centre.y.first)).atan();
+            [
+                mean_mm * angle + centre.y.value - side * roller_mm * slope.sin(),
+                z_mm + centre.z.value + side * roller_mm * slope.cos(),
+            ]
+        };
+        let points = OUTLINE_POINTS * turns;
+        let span_rad = walls.course().span_rad();
+        let all = (0..=points).map(|point| f64::from(point) * span_rad / f64::from(points));
+        // Beyond the end faces there is no wall.
+        let inside = all.map(|angle| walls.is_inside(walls.course().centre(angle).z.value).then(|| at(angle)));
+        plane.folded(inside)
     };
-    let closed = Wall::BOTH.iter().map(|side| wall(side.side())).collect();
-    ProgramOutline { closed, cutter_mm, edge_mm: 0.0, plane: Plane::Developed { radius_mm: mean_mm } }
+    let closed = Wall::BOTH.iter().flat_map(|side| wall(side.side())).collect();
+    ProgramOutline { closed, cutter_mm, edge_mm: 0.0, plane }
 }
 
 /// Note on the error that a mill smaller than the roller leaves on a wall of a groove round a cylinder.
@@ -249,7 +270,7 @@ fn wall_note(
             "{:+.2} um at radius {:.3} mm and {:.1} deg",
             um_from_mm(error.error_mm),
             error.radius_mm,
-            deg_from_rad(error.azimuth_rad).rem_euclid(360.0)
+            deg_from_rad(error.azimuth_rad).rem_euclid(deg_from_rad(walls.course().span_rad()))
         )
     };
     let how = if y_axis { "with a Y axis" } else { "without a Y axis, whose shift C has to make" };

@@ -3,6 +3,7 @@
 
 use crate::chart::Point;
 use camwright::gcode::post::{PostRequest, PostedTurn};
+use camwright::math::units::TURN_RAD;
 use camwright_files::nc_file::NcSettings;
 use camwright_files::yaml::Document;
 
@@ -45,7 +46,39 @@ pub(crate) enum Plane {
     Developed {
         /// Its radius (mm).
         radius_mm: f64,
+        /// Turns lie over each other; else they follow each other to the right.
+        is_folded: bool,
     },
+}
+
+impl Plane {
+    /// Points of a line at their places in the drawing: one line, or several where it passes the edge of a fold or a gap.
+    pub(crate) fn folded(self, points: impl Iterator<Item = Option<Point>>) -> Vec<Vec<Point>> {
+        let turn_mm = match self {
+            Plane::Developed { radius_mm, is_folded: true } => Some(TURN_RAD * radius_mm),
+            _ => None,
+        };
+        let (mut lines, mut line, mut turn_before) = (Vec::new(), Vec::new(), None);
+        for point in points {
+            let turn = point.zip(turn_mm).map(|(point, turn_mm)| (point[0] / turn_mm).floor());
+            if point.is_none() || turn != turn_before {
+                lines.push(std::mem::take(&mut line));
+            }
+            turn_before = turn;
+            line.extend(point.map(|[x, y]| [x - turn.zip(turn_mm).map_or(0.0, |(turn, mm)| turn * mm), y]));
+        }
+        lines.push(line);
+        lines.retain(|line: &Vec<Point>| line.len() > 1);
+        lines
+    }
+
+    /// A point at its place in the drawing.
+    pub(crate) fn place(self, [x, y]: Point) -> Point {
+        match self {
+            Plane::Developed { radius_mm, is_folded: true } => [x.rem_euclid(TURN_RAD * radius_mm), y],
+            _ => [x, y],
+        }
+    }
 }
 
 /// Error of an axis of a posted turn at an angle, along the axis (mm).
