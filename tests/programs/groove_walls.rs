@@ -1,6 +1,7 @@
 // Copyright 2026 The camwright maintainers. SPDX-License-Identifier: Apache-2.0
 //! Programs of grooves over several turns, forwards: the mill of the written blocks against the walls of the follower, in closed form.
 
+#![allow(clippy::cast_possible_truncation, reason = "counts of steps and whole degrees")]
 #![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
 
 use crate::support;

@@ -383,9 +383,10 @@ fn ribs_remain_between_turns_unless_they_cross() {
 /// A groove of an indexer on a turret of so many stations, from one face to the other.
 fn indexer(stations: u32, turns: u32, start_deg: f64) -> BarrelGroove {
     let on = Turret { stations, ..turret(80.0, 76.0, start_deg) };
-    let course = GrooveCourse::open(steps(turns, rad_from_deg(30.0) * 80.0)).unwrap().on_turret(on).unwrap();
+    let course =
+        GrooveCourse::open(steps(turns, rad_from_deg(30.0) * 80.0)).expect("a course").on_turret(on).expect("a turret");
     let faces = EndFaces { from_mm: -32.0, to_mm: 32.0, zero_mm: 0.0 };
-    BarrelGroove::along(course, 3.0, (60.0, 45.0), Some(faces)).unwrap()
+    BarrelGroove::along(course, 3.0, (60.0, 45.0), Some(faces)).expect("a groove")
 }
 
 /// In a dwell both walls are planes square to the axis, at Z of the roller ± its radius, and the mill stands still.

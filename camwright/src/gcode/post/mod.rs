@@ -4,8 +4,8 @@
 //!
 //! A subprogram comes in over an angle before the turn, turns, and leaves over as much behind it, so that no place on the part sees the cutter
 //! arrive or stand. Along a groove of several turns it makes all of them; into an open groove it comes beyond the part. It is in the part's
-//! own angle, u = σ·(θ − α), read forwards while C turns forwards; its call shifts C by the phase and the infeed axis by what is left. Every block is one piece of a chain of Archimedean segments in whole increments of the control, with the
-//! time that C takes for it.
+//! own angle, u = σ·(θ − α), read forwards while C turns forwards; its call shifts C by the phase and the infeed axis by what is left. Every
+//! block is one piece of a chain of Archimedean segments in whole increments of the control, with the time that C takes for it.
 
 mod compare;
 mod error;

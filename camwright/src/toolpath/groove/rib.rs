@@ -106,16 +106,14 @@ impl PlacedGroove<'_> {
     /// Returns whether a turn of this groove guides a roller at an angle of the turret, at an azimuth of another groove.
     fn guides(&self, of: &PlacedGroove<'_>, turret: &Turret, azimuth_rad: f64, roller_rad: f64) -> bool {
         let course = self.groove.course();
-        let same_turret = course.turret().is_some_and(|own| {
-            own.radius_mm == turret.radius_mm && own.axis_y_mm == turret.axis_y_mm && self.z_mm == of.z_mm
-        });
+        let Some(own) = course.turret() else { return false };
+        let [y_mm, z_mm] = turret.place_mm(roller_rad);
         let from_rad = wrap_turn(azimuth_rad + of.phase_rad - self.phase_rad);
-        let mut turns = 0..course.turns();
-        same_turret
-            && turns.any(|turn| {
-                let there_rad = course.turret_angle_rad(from_rad + f64::from(turn) * TURN_RAD);
-                (there_rad - roller_rad).abs() <= STATION_CLOSURE_RAD
-            })
+        (0..course.turns()).any(|turn| {
+            let [there_y_mm, there_z_mm] = own.place_mm(course.turret_angle_rad(from_rad + f64::from(turn) * TURN_RAD));
+            let off_mm = libm::hypot(there_y_mm - y_mm, there_z_mm + self.z_mm - (z_mm + of.z_mm));
+            off_mm <= STATION_CLOSURE_RAD * turret.radius_mm
+        })
     }
 
     /// Compares this groove with another one at azimuths ahead by an angle.
