@@ -354,13 +354,19 @@ fn ribs_remain_between_turns_unless_they_cross() {
     let refusal = refusal.to_string();
     assert!(refusal.contains("the rib between its turns vanishes") && refusal.contains("16.000 mm"), "{refusal}");
 
-    // Two rings, and a ring that crosses a groove that goes to and fro.
-    let ring = BarrelGroove::new(&LiftLaw::eccentric_flat(0.0, 0.0).unwrap(), 8.0, 45.0, 35.0).unwrap();
-    let wave = BarrelGroove::new(&LiftLaw::eccentric_flat(10.0, 0.0).unwrap(), 8.0, 45.0, 35.0).unwrap();
+    // Two rings, and a ring beside grooves that go to and fro.
+    let to_and_fro = |amplitude_mm: f64| {
+        BarrelGroove::new(&LiftLaw::eccentric_flat(amplitude_mm, 0.0).unwrap(), 8.0, 45.0, 35.0).unwrap()
+    };
+    let (ring, wave, wide_wave) = (to_and_fro(0.0), to_and_fro(10.0), to_and_fro(20.0));
     placed("A", &ring, 0.0).check_rib_beside(&placed("B", &ring, 16.1)).unwrap();
     let refusal = placed("A", &ring, 0.0).check_rib_beside(&placed("B", &ring, 15.9)).unwrap_err().to_string();
     assert!(refusal.contains("between grooves A and B vanishes") && refusal.contains("15.900 mm"), "{refusal}");
-    placed("A", &ring, 10.0).check_rib_beside(&placed("W", &wave, 0.0)).unwrap();
+    // A wave that goes 20 mm to both sides leaves ribs between its crossings with the ring; one of 10 mm is in the ring's groove all the time.
+    placed("A", &ring, 20.0).check_rib_beside(&placed("W", &wide_wave, 0.0)).unwrap();
+    let refusal = placed("A", &ring, 10.0).check_rib_beside(&placed("W", &wave, 0.0)).unwrap_err();
+    let GrooveError::NoRib { distance_mm, .. } = &refusal else { panic!("{refusal}") };
+    assert!((9.5..=10.0).contains(distance_mm), "{refusal}");
     placed("A", &ring, 30.0).check_rib_beside(&placed("W", &wave, 0.0)).unwrap_err();
     placed("A", &ring, 36.1).check_rib_beside(&placed("W", &wave, 0.0)).unwrap();
     let low = BarrelGroove::new(&LiftLaw::eccentric_flat(0.0, 0.0).unwrap(), 8.0, 35.0, 30.0).unwrap();
