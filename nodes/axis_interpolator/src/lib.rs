@@ -298,6 +298,10 @@ impl Shared {
     /// Takes the machine's description: the first one starts the engine.
     fn meet(self: &Arc<Self>, message: &DescriptionMessage) {
         let mut cell = lock(&self.cell);
+        if self.stop.load(Ordering::Acquire) {
+            // The engine has ended; a machine describes itself again when its wheel has worn.
+            return;
+        }
         if let Some(known) = cell.as_ref() {
             if known.machine.hash != message.hash {
                 self.node.logger().error("the machine has become another one; restart this node");
