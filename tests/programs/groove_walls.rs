@@ -51,7 +51,8 @@ impl Sweep {
         Self { degrees, cutter_mm }
     }
 
-    /// What the whole program leaves at a place of the part, given in the carriage's frame at an azimuth; negative where it cuts into it.
+    /// Material that the whole program leaves at a place of the part (mm), negative where it cuts into the wall. The place is in the frame of
+    /// the carriage at an azimuth.
     fn left_mm(&self, azimuth: f64, [x, y, z]: [f64; 3], window_deg: f64) -> f64 {
         let degree = azimuth.to_degrees();
         let (from, to) = ((degree - window_deg).floor() as i64, (degree + window_deg).ceil() as i64);

@@ -28,6 +28,19 @@ pub struct Sample {
 
 crate::snapshot!(Sample { value, first, second, third } on {});
 
+impl Sample {
+    /// The sample of a function that is stretched along its abscissa by a factor: f(x / by).
+    #[must_use]
+    pub fn stretched(self, by: f64) -> Self {
+        Self {
+            value: self.value,
+            first: self.first / by,
+            second: self.second / (by * by),
+            third: self.third / (by * by * by),
+        }
+    }
+}
+
 /// Why knots do not make a spline.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum HermiteError {

@@ -64,7 +64,7 @@ fn stands(path: &CutterPath, azimuth: f64) -> [f64; 2] {
     [CarriageAxis::Y, CarriageAxis::Z].map(|axis| path.sample(axis, azimuth).map_or(0.0, |at| at.value))
 }
 
-/// What a mill leaves of the wall of a rolling cylinder at x along its roller, by mills at 2400 azimuths around the place.
+/// Material that a mill leaves on the wall of a rolling cylinder at x along its roller (mm), by mills at 2400 azimuths around the place.
 fn swept(
     centre: &dyn Fn(f64) -> [f64; 2],
     path: &CutterPath,

@@ -59,13 +59,7 @@ impl TravelCurve {
             TravelCurve::Closed { spline, turns: 1 } => spline.sample(azimuth_rad),
             TravelCurve::Closed { spline, turns } => {
                 let turns = f64::from(*turns);
-                let share = spline.sample(azimuth_rad / turns);
-                Sample {
-                    value: share.value,
-                    first: share.first / turns,
-                    second: share.second / (turns * turns),
-                    third: share.third / (turns * turns * turns),
-                }
+                spline.sample(azimuth_rad / turns).stretched(turns)
             }
             TravelCurve::Open(spline) => spline.sample(azimuth_rad),
         }

@@ -214,13 +214,7 @@ impl GrooveCourse {
         match &self.lift {
             CourseLift::Closed { law, turns } => {
                 let turns = f64::from(*turns);
-                let lift = law.sample(azimuth_rad / turns);
-                Sample {
-                    value: lift.value,
-                    first: lift.first / turns,
-                    second: lift.second / (turns * turns),
-                    third: lift.third / (turns * turns * turns),
-                }
+                law.sample(azimuth_rad / turns).stretched(turns)
             }
             CourseLift::Open(program) => program.sample(azimuth_rad),
         }
